@@ -1,0 +1,1 @@
+"""cad_implicit: the fillet that never fails."""

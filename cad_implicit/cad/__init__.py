@@ -1,0 +1,1 @@
+"""Parts in and out: CadQuery, build123d, OCP shapes, files, arrays."""

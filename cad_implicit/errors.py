@@ -1,0 +1,65 @@
+"""Every error and warning that a caller of cad_implicit may meet.
+
+All errors derive from :class:`CadImplicitError`, so one ``except`` catches them; each message says what was
+wrong, with the figures, and what to do.
+"""
+
+from __future__ import annotations
+
+
+class CadImplicitError(Exception):
+    """Base class of all errors raised on purpose by this package."""
+
+
+class FileFormatError(CadImplicitError):
+    """A file is missing, empty, corrupt, or of a kind that is not supported."""
+
+
+class MissingHostError(CadImplicitError):
+    """A B-rep part needs CadQuery or build123d (for OCP) and neither is installed."""
+
+
+class NoSolidError(CadImplicitError):
+    """The part holds no solid, so it has no inside."""
+
+
+class OpenMeshError(CadImplicitError):
+    """The mesh is not closed, so inside and outside are not defined.
+
+    Attributes
+    ----------
+    open_edges : int
+        Number of edges that do not have exactly one neighbour on each side.
+    """
+
+    def __init__(self, message: str, open_edges: int = 0) -> None:
+        super().__init__(message)
+        self.open_edges = open_edges
+
+
+class InvalidMeshError(CadImplicitError):
+    """Vertices or faces are of the wrong shape, not finite, or point to nothing."""
+
+
+class RadiusError(CadImplicitError):
+    """A radius or distance is not a positive finite number, or does not fit the part."""
+
+
+class SpacingError(CadImplicitError):
+    """A grid spacing or tolerance is not a positive finite number, or does not fit the part."""
+
+
+class MemoryLimitError(CadImplicitError):
+    """The work would need more memory than there is; the message names the spacing that fits."""
+
+
+class RefusedError(CadImplicitError):
+    """The result is very probably not what was wanted; the caller may force it."""
+
+
+class EmptyResultError(CadImplicitError):
+    """Nothing is left of the part (an opening deletes whatever is thinner than twice the radius)."""
+
+
+class GeometryWarning(UserWarning):
+    """The result is valid but differs from what a user may expect (lost volume, plugged holes …)."""

@@ -1,0 +1,100 @@
+"""Field: values on the nodes of a Grid; itself an Implicit by multilinear interpolation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import SpacingError
+from .grid import Grid
+from .implicit import FloatArray, Implicit
+from .parallel import Progress, no_progress
+
+#: Nodes evaluated at a time: bounds the memory of the point array to about 50 MB.
+_SLAB_NODES = 2_000_000
+
+
+class Field(Implicit):
+    """Values sampled on a grid.
+
+    Between nodes the value is the multilinear interpolation; outside the grid it is the value at the nearest
+    point of the grid's box, less the distance to it.
+
+    Parameters
+    ----------
+    grid : Grid
+    values : array of ``grid.shape``
+        float32 or float64, positive inside; kept, not copied, and made read-only.
+    bounds : (2, D) array_like, optional
+        Box in mm that holds the surface; the grid's box by default.
+
+    Raises
+    ------
+    SpacingError
+        If ``values`` is not of the grid's shape.
+    """
+
+    def __init__(self, grid: Grid, values: NDArray[np.floating], bounds: ArrayLike | None = None) -> None:
+        if values.shape != grid.shape:
+            raise SpacingError(f"values of shape {values.shape} do not fit a grid of shape {grid.shape}")
+        self.grid = grid
+        self.values = values.view()
+        self.values.setflags(write=False)
+        self.bounds = grid.bounds if bounds is None else np.array(bounds, np.float64)
+
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        from scipy.ndimage import map_coordinates
+
+        x = np.asarray(points, np.float64)
+        low, high = self.grid.bounds
+        inside = np.clip(x, low, high)
+        index = (inside - low) / self.grid.spacing
+        value = map_coordinates(self.values, index.T, output=np.float64, order=1, mode="nearest")
+        return np.asarray(value - np.linalg.norm(x - inside, axis=1), np.float64)
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """Gradients ``(N, D)`` of the interpolation, by central differences half a spacing to each side."""
+        x = np.asarray(points, np.float64)
+        out = np.zeros_like(x)
+        for axis, step in enumerate(self.grid.spacing):
+            shift = np.zeros(x.shape[1])
+            shift[axis] = step / 2
+            out[:, axis] = (self(x + shift) - self(x - shift)) / step
+        return out
+
+    def map(self, function: Callable[[NDArray[np.floating]], NDArray[np.floating]]) -> Field:
+        """Field on the same grid whose values are ``function(values)``."""
+        return Field(self.grid, function(self.values), self.bounds)
+
+
+def sample(
+    implicit: Implicit,
+    grid: Grid,
+    *,
+    dtype: type[np.float32] | type[np.float64] = np.float32,
+    progress: Progress = no_progress,
+) -> Field:
+    """Evaluate an Implicit on every node of a grid, slab by slab.
+
+    Parameters
+    ----------
+    implicit : Implicit
+    grid : Grid
+        Of the same dimension.
+    dtype : numpy.float32 or numpy.float64
+        Type of the stored values.
+    progress : callable
+        Called as ``progress("sample", fraction)``; may raise to cancel.
+    """
+    if grid.dim != implicit.dim:
+        raise SpacingError(f"a grid in {grid.dim}-D cannot hold a shape in {implicit.dim}-D")
+    values = np.zeros(grid.shape, dtype)
+    thickness = max(1, _SLAB_NODES * grid.shape[0] // grid.size)
+    for start in range(0, grid.shape[0], thickness):
+        progress("sample", start / grid.shape[0])
+        stop = min(start + thickness, grid.shape[0])
+        values[start:stop] = implicit(grid.nodes(start, stop)).reshape(stop - start, *grid.shape[1:])
+    progress("sample", 1.0)
+    return Field(grid, values, implicit.bounds)

@@ -1,0 +1,106 @@
+"""Implicit: a shape given by a function of points that is positive inside, zero on the surface, negative outside.
+
+A plain function wrapped with its bounds, the exact distance to a mesh, a sampled field, the result of an
+operation: all are Implicits, so operations nest.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Step of the central differences, relative to the diagonal of the bounds: the cube root of the machine epsilon
+#: balances truncation against rounding.
+_DIFFERENCE_STEP = 6e-6
+
+
+class Implicit(ABC):
+    """A shape as a function of points, positive inside, with the box that holds its surface.
+
+    Attributes
+    ----------
+    bounds : (2, D) float64
+        Lower and upper corner in mm of a box that holds the whole surface; D is 2 or 3.
+    lipschitz : float or None
+        A constant L with ``|f(x) - f(y)| <= L |x - y|``: 1 for distances, None if unknown. Sparse sampling
+        skips what cannot hold surface by it.
+    """
+
+    bounds: FloatArray
+    lipschitz: float | None = None
+
+    @abstractmethod
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        """Values ``(N,)`` at points ``(N, D)`` in mm."""
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """Gradients ``(N, D)`` at points ``(N, D)``; by central differences unless a subclass knows better."""
+        x = np.asarray(points, np.float64)
+        step = _DIFFERENCE_STEP * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        out = np.zeros_like(x)
+        for axis in range(x.shape[1]):
+            shift = np.zeros(x.shape[1])
+            shift[axis] = step
+            out[:, axis] = (self(x + shift) - self(x - shift)) / (2 * step)
+        return out
+
+    def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Values ``(N,)`` and gradients ``(N, D)`` at once; cheaper than one after the other for distances."""
+        return self(points), self.gradient(points)
+
+    @property
+    def dim(self) -> int:
+        """Dimension of the points, 2 or 3."""
+        return int(self.bounds.shape[1])
+
+
+class Function(Implicit):
+    """A plain function of points as an Implicit.
+
+    Parameters
+    ----------
+    function : callable
+        Maps points ``(N, D)`` to values ``(N,)``, positive inside.
+    bounds : (2, D) array_like
+        Box in mm that holds the whole surface.
+    gradient : callable, optional
+        Maps points ``(N, D)`` to gradients ``(N, D)``; central differences by default.
+    lipschitz : float, optional
+        Bound on the gradient's length, if known.
+
+    Examples
+    --------
+    >>> ball = Function(lambda x: 1 - (x**2).sum(axis=1), [[-1, -1, -1], [1, 1, 1]])
+    >>> ball([[0, 0, 0], [2, 0, 0]])
+    array([ 1., -3.])
+    """
+
+    def __init__(
+        self,
+        function: Callable[[FloatArray], NDArray[np.floating]],
+        bounds: ArrayLike,
+        *,
+        gradient: Callable[[FloatArray], FloatArray] | None = None,
+        lipschitz: float | None = None,
+    ) -> None:
+        self.bounds = np.array(bounds, np.float64)
+        if self.bounds.shape not in ((2, 2), (2, 3)) or not (self.bounds[1] > self.bounds[0]).all():
+            raise ValueError(f"bounds must be a lower and a higher corner, (2, 2) or (2, 3), not {bounds!r}")
+        self.lipschitz = lipschitz
+        self._function = function
+        self._gradient = gradient
+
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        x = np.asarray(points, np.float64)
+        return np.asarray(self._function(x), np.float64).reshape(len(x))
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """Gradients ``(N, D)`` at points ``(N, D)``."""
+        if self._gradient is None:
+            return super().gradient(points)
+        return np.asarray(self._gradient(np.asarray(points, np.float64)), np.float64)

@@ -1,0 +1,44 @@
+"""Threads, progress and cancellation: one lock around parallel kernels, one callback type.
+
+Numba's portable threading layer aborts the process when two threads enter parallel kernels at once, so every
+parallel kernel runs inside :func:`threads`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import RLock
+
+#: Called as ``progress(stage, fraction)`` with fraction in [0, 1]; it may raise to cancel the work.
+Progress = Callable[[str, float], None]
+
+_LOCK = RLock()
+
+
+def no_progress(stage: str, fraction: float) -> None:
+    """Ignore progress: the default callback."""
+
+
+@contextmanager
+def threads(count: int | None = None) -> Iterator[None]:
+    """Hold the lock of the parallel kernels, running them on ``count`` threads (default: all cores).
+
+    Raises
+    ------
+    ValueError
+        If ``count`` is less than one.
+    """
+    import numba
+
+    if count is not None and count < 1:
+        raise ValueError(f"threads must be at least 1, not {count}")
+    with _LOCK:
+        before = numba.get_num_threads()
+        available = int(numba.config.NUMBA_NUM_THREADS)
+        numba.set_num_threads(min(count or os.cpu_count() or 1, available))
+        try:
+            yield
+        finally:
+            numba.set_num_threads(before)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -29,6 +27,8 @@ class Field(Implicit):
         float32 or float64, positive inside; kept, not copied, and made read-only.
     bounds : (2, D) array_like, optional
         Box in mm that holds the surface; the grid's box by default.
+    lipschitz : float, optional
+        1 for sampled distances (nominal: re-distancing reaches it within its own error); unknown by default.
 
     Raises
     ------
@@ -36,13 +36,21 @@ class Field(Implicit):
         If ``values`` is not of the grid's shape.
     """
 
-    def __init__(self, grid: Grid, values: NDArray[np.floating], bounds: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        grid: Grid,
+        values: NDArray[np.floating],
+        bounds: ArrayLike | None = None,
+        *,
+        lipschitz: float | None = None,
+    ) -> None:
         if values.shape != grid.shape:
             raise SpacingError(f"values of shape {values.shape} do not fit a grid of shape {grid.shape}")
         self.grid = grid
         self.values = values.view()
         self.values.setflags(write=False)
         self.bounds = grid.bounds if bounds is None else np.array(bounds, np.float64)
+        self.lipschitz = lipschitz
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         from scipy.ndimage import map_coordinates
@@ -64,9 +72,10 @@ class Field(Implicit):
             out[:, axis] = (self(x + shift) - self(x - shift)) / step
         return out
 
-    def map(self, function: Callable[[NDArray[np.floating]], NDArray[np.floating]]) -> Field:
-        """Field on the same grid whose values are ``function(values)``."""
-        return Field(self.grid, function(self.values), self.bounds)
+    def shifted(self, amount: float) -> Field:
+        """Field on the same grid whose values are larger by ``amount`` mm: an offset, if they are distances (4.1)."""
+        values = self.values + self.values.dtype.type(amount)
+        return Field(self.grid, values, self.bounds + [[-amount], [amount]], lipschitz=self.lipschitz)
 
 
 def sample(
@@ -97,4 +106,4 @@ def sample(
         stop = min(start + thickness, grid.shape[0])
         values[start:stop] = implicit(grid.nodes(start, stop)).reshape(stop - start, *grid.shape[1:])
     progress("sample", 1.0)
-    return Field(grid, values, implicit.bounds)
+    return Field(grid, values, implicit.bounds, lipschitz=implicit.lipschitz)

@@ -1,0 +1,193 @@
+"""Job: one operation on one part, from reading to the checked mesh, with everything that a report needs.
+
+Front ends (command line, hosts, reports) call :func:`run` and show its :class:`Outcome`.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import ops, sizing
+from .cad import open_part, to_mesh
+from .contour import contour
+from .distance import MeshDistance
+from .errors import GeometryWarning, RefusedError
+from .implicit import Implicit
+from .mesh import Mesh
+from .parallel import Progress, no_progress
+from .reinit import ERROR_PER_SPACING
+
+#: Tessellation of curved faces, relative to the spacing: a tenth of what the regular grid itself may lose.
+TESSELLATION_PER_SPACING = 0.05
+
+#: An opening that loses more than this share of the volume is refused unless forced.
+LOST_VOLUME_LIMIT = 0.5
+
+#: Operations by name, with whether they build outside the part.
+OPERATIONS = ("fillet", "round", "smooth", "offset")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a job.
+
+    Attributes
+    ----------
+    result : Implicit
+        The shape after the operation.
+    mesh, before : Mesh
+        Its contour, and the part's own mesh.
+    spacing : float
+        Grid spacing in mm.
+    seconds : dict
+        Wall time by stage.
+    warnings : list of str
+        What differs from what a user may expect.
+    error_bound : float
+        Largest expected distance in mm between the mesh and the true result.
+    """
+
+    operation: str
+    amount: float
+    engine: str
+    result: Implicit
+    mesh: Mesh
+    before: Mesh
+    spacing: float
+    error_bound: float
+    seconds: dict[str, float]
+    warnings: list[str] = field(default_factory=list)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Figures of the job, ready for JSON; lengths in mm, volumes in mm³, times in seconds."""
+        return {
+            "input": self.before.source.get("name"),
+            "operation": self.operation,
+            "radius": self.amount,
+            "spacing": self.spacing,
+            "engine": self.engine,
+            "triangles": len(self.mesh.faces),
+            "watertight": self.mesh.is_watertight,
+            "volume_before": self.before.volume,
+            "volume_after": self.mesh.volume,
+            "components_before": self.before.components,
+            "components_after": self.mesh.components,
+            "seconds": self.seconds,
+            "warnings": self.warnings,
+            "error_bound": self.error_bound,
+        }
+
+
+def run(
+    part: object,
+    operation: str,
+    amount: float,
+    *,
+    spacing: float | None = None,
+    tolerance: float | None = None,
+    force: bool = False,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+) -> Outcome:
+    """Work on one part and check the result.
+
+    Parameters
+    ----------
+    part : path, CAD object, Mesh, or (vertices, faces)
+        Whatever :func:`cad_implicit.to_mesh` reads.
+    operation : "fillet", "round", "smooth" or "offset"
+    amount : float
+        Radius, or the signed distance of an offset, in mm.
+    spacing, tolerance : float, optional
+        At most one of them, in mm.
+    force : bool
+        Go past refusals (lost pieces, size), never past memory.
+    threads : int, optional
+        Default: all cores.
+    progress : callable
+        Called as ``progress(stage, fraction)``; may raise to cancel.
+
+    Raises
+    ------
+    CadImplicitError
+        One of :mod:`cad_implicit.errors`, with the figures and what to do.
+    """
+    if operation not in OPERATIONS:
+        raise ValueError(f"operation must be one of {', '.join(OPERATIONS)}, not {operation!r}")
+    clock = _Clock(progress)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GeometryWarning)
+        with clock.stage("read"):
+            opened = open_part(part)
+            bounds = opened.bounds
+        if operation == "offset":
+            sizing.positive("the offset's amount", abs(amount))
+        opening = operation in ("round", "smooth") or (operation == "offset" and amount < 0)
+        sizing.check_radius(abs(amount), bounds, opening=opening)
+        margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
+        h = sizing.choose_spacing(bounds, abs(amount), spacing=spacing, tolerance=tolerance, margin=margin)
+        with clock.stage("mesh"):
+            before = to_mesh(opened, tolerance=TESSELLATION_PER_SPACING * h).require_closed()
+        sizing.check_triangles(before.area, h, force=force)
+        with clock.stage(operation):
+            function = ops.offset if operation == "offset" else ops.BLENDS[operation]
+            result = function(MeshDistance(before), amount, spacing=h, threads=threads, progress=progress)
+        with clock.stage("contour"):
+            mesh = contour(result)  # type: ignore[arg-type]
+        with clock.stage("check"):
+            notes = _changes(operation, amount, before, mesh, force=force)
+    notes = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)] + notes
+    for w in caught:
+        if not issubclass(w.category, GeometryWarning):
+            warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
+    bound = ERROR_PER_SPACING * h + TESSELLATION_PER_SPACING * h
+    return Outcome(operation, float(amount), "reinit", result, mesh, before, h, bound, clock.seconds, notes)
+
+
+def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, force: bool) -> list[str]:
+    """What was lost or joined, in words; refuses the loss of most of the part."""
+    notes = []
+    lost = before.components - after.components
+    change = after.volume - before.volume
+    removes = operation in ("round", "smooth") or (operation == "offset" and amount < 0)
+    if removes and operation != "offset" and -change > LOST_VOLUME_LIMIT * before.volume:
+        message = (
+            f"{operation} with {amount:g} mm removes {-change:.6g} of {before.volume:.6g} mm³ "
+            f"({-change / before.volume:.0%}): most of the part is thinner than {2 * amount:g} mm"
+        )
+        if not force:
+            raise RefusedError(f"{message}; use a smaller radius, or --force")
+        notes.append(message)
+    if removes and lost > 0:
+        notes.append(
+            f"{lost} of {before.components} separate pieces vanished, with them {-change:.6g} mm³ "
+            f"({-change / before.volume:.2%} of the volume): they are thinner than {2 * abs(amount):g} mm"
+        )
+    elif lost > 0:
+        notes.append(f"{before.components} separate pieces became {after.components}: gaps between them were filled")
+    elif lost < 0:
+        notes.append(f"the part fell into {after.components} pieces (it was {before.components})")
+    if before.genus != after.genus:
+        notes.append(f"the number of through holes changed from {before.genus} to {after.genus}")
+    return notes
+
+
+class _Clock:
+    """Wall time by stage; passes progress on."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.seconds: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        self._progress(name, 0.0)
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start
+        self._progress(name, 1.0)

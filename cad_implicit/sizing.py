@@ -1,0 +1,163 @@
+"""Sizing: which spacing suits a radius, a tolerance and the memory; said before anything is allocated."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .errors import MemoryLimitError, RadiusError, RefusedError, SpacingError
+from .grid import Grid
+from .reinit import ERROR_PER_SPACING, MARGIN
+
+#: The default spacing resolves the radius by this many grid cells …
+CELLS_PER_RADIUS = 6.0
+
+#: … and the part's diagonal by this many.
+CELLS_PER_DIAGONAL = 100.0
+
+#: Bytes at the peak for each node of the regular grid: the field, two working copies, the sign, and the padded copy
+#: and tables of the contour (tests/test_sizing.py measures it).
+BYTES_PER_NODE = 40
+
+#: Share of the free memory that one operation may take.
+MEMORY_SHARE = 0.8
+
+#: Results beyond this many triangles are refused unless forced.
+TRIANGLE_LIMIT = 20_000_000
+
+#: Triangles of a contour for each spacing² of surface, marching cubes on surfaces off the axes (measured 2.2 to 2.9).
+_TRIANGLES_PER_CELL = 2.9
+
+
+def positive(name: str, value: float, error: type[RadiusError] | type[SpacingError] = RadiusError) -> float:
+    """Return ``value`` as a float, or raise ``error`` if it is not positive and finite."""
+    number = float(value)
+    if not (math.isfinite(number) and number > 0):
+        raise error(f"{name} must be a positive number of mm, not {value:g}")
+    return number
+
+
+def check_radius(radius: float, bounds: ArrayLike, *, opening: bool) -> float:
+    """Return the radius if it is a sensible one for a part of that size.
+
+    Raises
+    ------
+    RadiusError
+        If it is not positive and finite, or larger than half the part: no ball of it fits inside (opening), or the
+        result would have nothing in common with the part.
+    """
+    r = positive("radius", radius)
+    low, high = np.asarray(bounds, np.float64)
+    size = high - low
+    limit = float(size.min()) / 2 if opening else float(np.linalg.norm(size)) / 2
+    if r > limit * (1 + 1e-9):
+        extents = " x ".join(f"{x:.6g}" for x in size)
+        what = "half its smallest side" if opening else "half its diagonal"
+        raise RadiusError(
+            f"radius {r:g} mm is too large for a part of {extents} mm: it may be at most {limit:.6g} mm, {what}"
+        )
+    return r
+
+
+def choose_spacing(
+    bounds: ArrayLike,
+    radius: float,
+    *,
+    spacing: float | None = None,
+    tolerance: float | None = None,
+    margin: float = 0.0,
+) -> float:
+    """Spacing in mm: the given one, the one that keeps a tolerance, or the default that fits into memory.
+
+    Parameters
+    ----------
+    bounds : (2, D) array_like
+        The part's box in mm.
+    radius : float
+        Radius or offset distance in mm.
+    spacing, tolerance : float, optional
+        At most one of them. The error of the regular grid is up to ``ERROR_PER_SPACING`` spacings.
+    margin : float
+        Room in mm that the operation needs around the part.
+
+    Raises
+    ------
+    SpacingError
+        If both are given, or one is not positive and finite.
+    MemoryLimitError
+        If a given spacing needs more memory than there is; names the smallest that fits.
+    """
+    if spacing is not None and tolerance is not None:
+        raise SpacingError("give either a spacing or a tolerance, not both")
+    if tolerance is not None:
+        spacing = positive("tolerance", tolerance, SpacingError) / ERROR_PER_SPACING
+    smallest = smallest_spacing(bounds, margin)
+    if spacing is None:
+        low, high = np.asarray(bounds, np.float64)
+        diagonal = float(np.linalg.norm(high - low))
+        return max(min(radius / CELLS_PER_RADIUS, diagonal / CELLS_PER_DIAGONAL), smallest)
+    h = positive("spacing", spacing, SpacingError)
+    if h < smallest:
+        need, have = _node_count(bounds, h, margin) * BYTES_PER_NODE, available_memory()
+        raise MemoryLimitError(
+            f"a spacing of {h:g} mm needs {need / 2**30:.1f} GiB, but {have / 2**30:.1f} GiB may be used; "
+            f"use a spacing of {_rounded_up(smallest):g} mm or more"
+        )
+    return h
+
+
+def smallest_spacing(bounds: ArrayLike, margin: float) -> float:
+    """Smallest spacing in mm whose grid over the box and its margin fits into the memory that may be used."""
+    low, high = np.asarray(bounds, np.float64)
+    fine = float(np.linalg.norm(high - low)) * 1e-6
+    coarse = float(np.linalg.norm(high - low))
+    budget = available_memory() / BYTES_PER_NODE
+    for _ in range(60):
+        middle = math.sqrt(fine * coarse)
+        if _node_count(bounds, middle, margin) > budget:
+            fine = middle
+        else:
+            coarse = middle
+    return coarse
+
+
+def available_memory() -> int:
+    """Bytes that one operation may take."""
+    import psutil
+
+    return int(psutil.virtual_memory().available * MEMORY_SHARE)
+
+
+def grid_over(bounds: ArrayLike, spacing: float, margin: float) -> Grid:
+    """Grid over a part's box with room for what an operation builds, ``margin`` mm, and for the contour."""
+    return Grid.cover(bounds, spacing, margin=margin + MARGIN * spacing)
+
+
+def check_triangles(area: float, spacing: float, *, force: bool) -> None:
+    """Refuse a result of more than ``TRIANGLE_LIMIT`` triangles, from the surface area in mm².
+
+    Raises
+    ------
+    RefusedError
+        Unless forced; names the spacing that stays below.
+    """
+    count = _TRIANGLES_PER_CELL * area / spacing**2
+    if count > TRIANGLE_LIMIT and not force:
+        fits = _rounded_up(math.sqrt(_TRIANGLES_PER_CELL * area / TRIANGLE_LIMIT))
+        raise RefusedError(
+            f"a spacing of {spacing:g} mm would give about {count / 1e6:.0f} million triangles (limit "
+            f"{TRIANGLE_LIMIT // 10**6} million); use a spacing of {fits:g} mm or more, or --force"
+        )
+
+
+def _node_count(bounds: ArrayLike, spacing: float, margin: float) -> float:
+    low, high = np.asarray(bounds, np.float64)
+    return float(np.prod((high - low + 2 * margin) / spacing + 2 * MARGIN + 1))
+
+
+def _rounded_up(value: float) -> float:
+    """``value`` rounded up to two significant digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(math.ceil(value / unit) * unit)

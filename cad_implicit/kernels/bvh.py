@@ -1,0 +1,287 @@
+"""Bounding volume hierarchy over triangles: eight children a node, each with a box and a disc.
+
+Everything inside is in coordinates scaled by a power of two, so that the mesh is about 1 across, and relative to
+its centre: float32 bounds with one fixed margin then hold for parts of any size anywhere. A disc is a cylinder
+along the mean normal of its triangles; seen from a distance it bounds a patch of surface far better than a box.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .jit import jit
+from .pseudonormal import pseudonormals
+
+#: Triangles in a leaf, at most.
+LEAF = 4
+WIDTH = 8
+#: Depth is at most log2(2**31 / LEAF) + 2 since every split halves the triangles; each level leaves 7 nodes waiting.
+STACK = 256
+#: Added to all float32 bounds, in scaled coordinates: 30 roundings of numbers up to 1.
+MARGIN = np.float32(2e-6)
+#: Squared bounds are trusted up to this factor (points far away, where rounding grows with the distance).
+TRUST = np.float32(1.0 + 1e-5)
+#: Stands for "no bound" in float32; its square is finite.
+FAR = np.float32(3e18)
+#: Mean normals shorter than this share of the area are no axis for a disc.
+_MIN_RESULTANT = 0.3
+
+
+class Tree(NamedTuple):
+    """The hierarchy as kernels see it; triangles are in the order of the leaves.
+
+    Attributes
+    ----------
+    bounds : (N, 14, 8) float32
+        For each child: box low, high (6), disc centre, axis (6), half height, radius.
+    children : (N, 8) int32
+        Node number, or ``-(8 * start + count) - 1`` for a leaf.
+    corners : (F, 9) float64
+        Triangles, scaled.
+    order : (F,) int32
+        Number of each triangle in the mesh.
+    frame : (4,) float64
+        Centre and scale in mm: position = centre + scale * scaled.
+    normals : (F, 7, 3) float64
+        Outward unit pseudonormals of the face, its edges and its corners; (0, 7, 3) in an unsigned tree.
+    doubtful : (F,) uint8
+        Bit f is set where the pseudonormal of feature f does not tell the side.
+    dipoles : (N, 7, 8) float64
+        For each child: area vector, centre, radius around it.
+    by_winding : int
+        1 if the winding number tells inside from outside everywhere, 0 if pseudonormals do.
+    """
+
+    bounds: np.ndarray
+    children: np.ndarray
+    corners: np.ndarray
+    order: np.ndarray
+    frame: np.ndarray
+    normals: np.ndarray
+    doubtful: np.ndarray
+    dipoles: np.ndarray
+    by_winding: int
+
+
+def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> Tree:
+    """Build the tree of triangles ``vertices[faces]``; without pseudonormals if only distances are asked for."""
+    used = vertices[faces].reshape(len(faces), 9)
+    low, high = used.reshape(-1, 3).min(axis=0), used.reshape(-1, 3).max(axis=0)
+    diagonal = math.sqrt(float(((high - low) ** 2).sum()))
+    scale = 2.0 ** math.ceil(math.log2(diagonal)) if diagonal > 0 else 1.0
+    # A round centre keeps round coordinates exact.
+    centre = np.round((low / 2 + high / 2) / scale * 1024) / 1024 * scale
+    corners = (used - np.tile(centre, 3)) / scale
+    a, b, c = corners[:, :3], corners[:, 3:6], corners[:, 6:]
+    vectors = np.cross(b - a, c - a) / 2
+    order = np.arange(len(faces), dtype=np.int32)
+    children, ranges = _split((a + b + c) / 3, corners, order)
+    corners, vectors = corners[order], vectors[order]
+    if signed:
+        normals, doubtful = pseudonormals(corners, faces[order], len(vertices))
+    else:
+        normals, doubtful = np.zeros((0, 7, 3)), np.zeros(0, np.uint8)
+    bounds = _bound(corners, vectors, ranges)
+    dipoles = _dipoles(corners, vectors, children, ranges)
+    return Tree(bounds, children, corners, order, np.append(centre, scale), normals, doubtful, dipoles, 0)
+
+
+@jit
+def _select(keys, order, start, stop, middle, axis):
+    """Reorder ``order[start:stop]`` so that keys left of middle are not above those right of it (quickselect)."""
+    left, right = start, stop - 1
+    while left < right:
+        pivot = keys[order[(left + right) >> 1], axis]
+        i, j = left, right
+        while i <= j:
+            while keys[order[i], axis] < pivot:
+                i += 1
+            while keys[order[j], axis] > pivot:
+                j -= 1
+            if i <= j:
+                swapped = order[i]
+                order[i] = order[j]
+                order[j] = swapped
+                i += 1
+                j -= 1
+        if middle <= j:
+            right = j
+        elif middle >= i:
+            left = i
+        else:
+            return
+
+
+@jit
+def _widest(keys, order, start, stop):
+    """Axis along which the keys spread most."""
+    axis, spread = 0, -1.0
+    for d in range(3):
+        low, high = math.inf, -math.inf
+        for q in range(start, stop):
+            low = min(low, keys[order[q], d])
+            high = max(high, keys[order[q], d])
+        if high - low > spread:
+            axis, spread = d, high - low
+    return axis
+
+
+@jit
+def _surface(corners, order, start, stop):
+    """Half the surface of the box around triangles ``order[start:stop]``."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for q in range(start, stop):
+        for d in range(9):
+            low[d % 3] = min(low[d % 3], corners[order[q], d])
+            high[d % 3] = max(high[d % 3], corners[order[q], d])
+    x, y, z = high - low
+    return x * y + y * z + z * x
+
+
+@jit
+def _split(keys, corners, order):
+    """Sort triangles into nodes: children (N, 8) and the range of triangles (N, 8, 2) below each."""
+    capacity = (len(order) + LEAF - 1) // LEAF
+    children = np.full((capacity, WIDTH), -1, np.int32)
+    ranges = np.zeros((capacity, WIDTH, 2), np.int32)
+    stack = np.zeros((STACK, 3), np.int64)
+    stack[0, 1] = len(order)
+    waiting, count = 1, 1
+    size = np.zeros(WIDTH)
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting, 2]
+        own = ranges[node]
+        own[0, 0], own[0, 1] = stack[waiting, 0], stack[waiting, 1]
+        size[0] = math.inf
+        filled = 1
+        while filled < WIDTH:
+            largest = -1
+            for c in range(filled):
+                if own[c, 1] - own[c, 0] > LEAF and (largest < 0 or size[c] > size[largest]):
+                    largest = c
+            if largest < 0:
+                break
+            start, stop = own[largest, 0], own[largest, 1]
+            # full leaves: the left part is a multiple of the leaf
+            middle = start + max(((stop - start) // 2 + LEAF // 2) // LEAF, 1) * LEAF
+            _select(keys, order, start, stop, middle, _widest(keys, order, start, stop))
+            own[largest, 1] = own[filled, 0] = middle
+            own[filled, 1] = stop
+            size[largest] = _surface(corners, order, start, middle)
+            size[filled] = _surface(corners, order, middle, stop)
+            filled += 1
+        for c in range(filled):
+            start, stop = own[c, 0], own[c, 1]
+            if stop - start <= LEAF:
+                children[node, c] = -(start * 8 + (stop - start)) - 1
+            else:
+                children[node, c] = count
+                stack[waiting, 0], stack[waiting, 1], stack[waiting, 2] = start, stop, count
+                waiting += 1
+                count += 1
+    return children[:count].copy(), ranges[:count].copy()
+
+
+@jit
+def _axis(vectors, start, stop, extent):
+    """Mean normal of triangles, or the thinnest axis of their box if they face all ways."""
+    x, y, z, total = 0.0, 0.0, 0.0, 0.0
+    for t in range(start, stop):
+        nx, ny, nz = vectors[t, 0], vectors[t, 1], vectors[t, 2]
+        x += nx
+        y += ny
+        z += nz
+        total += math.sqrt(nx * nx + ny * ny + nz * nz)
+    length = math.sqrt(x * x + y * y + z * z)
+    if length > _MIN_RESULTANT * total and length > 1e-150:
+        return x / length, y / length, z / length
+    thin = 0
+    for d in range(1, 3):
+        if extent[d] < extent[thin]:
+            thin = d
+    return 1.0 if thin == 0 else 0.0, 1.0 if thin == 1 else 0.0, 1.0 if thin == 2 else 0.0
+
+
+@jit
+def _bound(corners, vectors, ranges):
+    """Box and disc of every child, rounded outward."""
+    bounds = np.zeros((len(ranges), 14, WIDTH), np.float32)
+    low, high = np.zeros(3), np.zeros(3)
+    for node in range(len(ranges)):
+        for c in range(WIDTH):
+            start, stop = ranges[node, c, 0], ranges[node, c, 1]
+            if start == stop:
+                bounds[node, :6, c] = FAR
+                bounds[node, 12:, c] = FAR
+                continue
+            low[:] = math.inf
+            high[:] = -math.inf
+            for t in range(start, stop):
+                for d in range(9):
+                    low[d % 3] = min(low[d % 3], corners[t, d])
+                    high[d % 3] = max(high[d % 3], corners[t, d])
+            nx, ny, nz = _axis(vectors, start, stop, high - low)
+            mx, my, mz = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2
+            bottom, top, radius2 = math.inf, -math.inf, 0.0
+            for t in range(start, stop):
+                for q in range(0, 9, 3):
+                    x, y, z = corners[t, q] - mx, corners[t, q + 1] - my, corners[t, q + 2] - mz
+                    height = x * nx + y * ny + z * nz
+                    bottom, top = min(bottom, height), max(top, height)
+                    radius2 = max(radius2, x * x + y * y + z * z - height * height)
+            middle, half, radius = (bottom + top) / 2, (top - bottom) / 2, math.sqrt(radius2)
+            for d in range(3):
+                bounds[node, d, c] = np.float32(low[d]) - MARGIN
+                bounds[node, 3 + d, c] = np.float32(high[d]) + MARGIN
+            bounds[node, 6, c], bounds[node, 7, c] = mx + middle * nx, my + middle * ny
+            bounds[node, 8, c], bounds[node, 9, c] = mz + middle * nz, nx
+            bounds[node, 10, c], bounds[node, 11, c] = ny, nz
+            # In a cylinder higher than wide the distance from the axis cancels in float32: leave it to the box.
+            flat = half <= radius
+            bounds[node, 12, c] = np.float32(half) + 2 * MARGIN if flat else FAR
+            bounds[node, 13, c] = np.float32(radius) + 2 * MARGIN if flat else FAR
+    return bounds
+
+
+@jit
+def _dipoles(corners, vectors, children, ranges):
+    """Area vector, centre of area and radius of every child, for the winding number far away."""
+    dipoles = np.zeros((len(children), 7, WIDTH))
+    weights = np.zeros((len(children), WIDTH))
+    for node in range(len(children) - 1, -1, -1):  # children come after their parents
+        for c in range(WIDTH):
+            start, stop, child = ranges[node, c, 0], ranges[node, c, 1], children[node, c]
+            low, high = np.full(3, np.inf), np.full(3, -np.inf)
+            sums = np.zeros(7)
+            if child < 0:
+                for t in range(start, stop):
+                    area = math.sqrt((vectors[t] ** 2).sum())
+                    sums[6] += area
+                    for d in range(3):
+                        sums[d] += vectors[t, d]
+                        sums[3 + d] += area * (corners[t, d] + corners[t, 3 + d] + corners[t, 6 + d]) / 3
+            else:
+                for g in range(WIDTH):
+                    area = weights[child, g]
+                    sums[6] += area
+                    for d in range(3):
+                        sums[d] += dipoles[child, d, g]
+                        sums[3 + d] += area * dipoles[child, 3 + d, g]
+            for t in range(start, stop):
+                for d in range(9):
+                    low[d % 3] = min(low[d % 3], corners[t, d])
+                    high[d % 3] = max(high[d % 3], corners[t, d])
+            weights[node, c] = sums[6]
+            radius2 = 0.0
+            for d in range(3):
+                dipoles[node, d, c] = sums[d]
+                if stop > start:
+                    centre = sums[3 + d] / sums[6] if sums[6] > 0 else (low[d] + high[d]) / 2
+                    dipoles[node, 3 + d, c] = centre
+                    radius2 += max(high[d] - centre, centre - low[d]) ** 2
+            dipoles[node, 6, c] = math.sqrt(radius2)
+    return dipoles

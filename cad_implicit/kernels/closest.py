@@ -1,0 +1,239 @@
+"""Closest point, signed distance and "is anything within" by the tree. Coordinates in mm unless named scaled.
+
+Answers depend on the point alone, not on the seed or the order of points: ties go to the triangle that comes
+first in the mesh. Points that are not finite get NaN.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from .bvh import TRUST, WIDTH
+from .jit import jit, parallel_jit
+from .stack import CHUNK, new_stack
+from .triangle import FACE, closest_on_triangle
+from .winding import winding_scaled
+
+_ZERO = np.float32(0)
+_REACH = 1e18
+#: Nearer than this to the surface (scaled), the pseudonormal is a better gradient than the difference of points.
+TOUCH = 1e-10
+
+
+@jit
+def _child_bounds(bounds, x, y, z, out):
+    """Lower bounds of the squared distance to the eight children: the better of box and disc."""
+    for c in range(WIDTH):
+        dx = max(max(bounds[0, c] - x, x - bounds[3, c]), _ZERO)
+        dy = max(max(bounds[1, c] - y, y - bounds[4, c]), _ZERO)
+        dz = max(max(bounds[2, c] - z, z - bounds[5, c]), _ZERO)
+        vx, vy, vz = x - bounds[6, c], y - bounds[7, c], z - bounds[8, c]
+        along = vx * bounds[9, c] + vy * bounds[10, c] + vz * bounds[11, c]
+        across = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, _ZERO))
+        above = max(abs(along) - bounds[12, c], _ZERO)
+        beside = max(across - bounds[13, c], _ZERO)
+        out[c] = max(dx * dx + dy * dy + dz * dz, above * above + beside * beside)
+
+
+@jit
+def _single(x):
+    """Round a scaled coordinate to float32, so that squares stay finite: moved to the mesh, bounds stay below."""
+    return np.float32(min(max(x, -_REACH), _REACH))
+
+
+@jit
+def closest_scaled(tree, x, y, z, limit2, seed, stack):
+    """Squared distance, closest point, triangle and feature, all scaled; triangle -1 if none is nearer than limit2.
+
+    ``seed`` is a triangle that is probably near, or -1.
+    """
+    codes, keys, near = stack
+    corners, order = tree.corners, tree.order
+    best, bx, by, bz, found, feature = limit2, x, y, z, -1, 0
+    limit = np.float32(min(limit2, 1e37)) * TRUST
+    if seed >= 0:
+        guess = np.float32(closest_on_triangle(corners, seed, x, y, z)[0]) * TRUST
+        limit = min(limit, guess)
+    fx, fy, fz = _single(x), _single(y), _single(z)
+    waiting = 1
+    codes[0], keys[0] = 0, _ZERO
+    while waiting > 0:
+        waiting -= 1
+        if keys[waiting] > limit:
+            continue
+        code = codes[waiting]
+        if code < 0:
+            start = -(code + 1) >> 3
+            for t in range(start, start + (-(code + 1) & 7)):
+                d2, cx, cy, cz, f = closest_on_triangle(corners, t, x, y, z)
+                if d2 < best or (d2 == best and found >= 0 and order[t] < order[found]):
+                    best, bx, by, bz, found, feature = d2, cx, cy, cz, t, f
+                    limit = min(limit, np.float32(d2) * TRUST)
+            continue
+        _child_bounds(tree.bounds[code], fx, fy, fz, near)
+        floor = waiting
+        for c in range(WIDTH):
+            key = near[c]
+            if key <= limit:
+                at = waiting
+                while at > floor and keys[at - 1] < key:
+                    keys[at], codes[at] = keys[at - 1], codes[at - 1]
+                    at -= 1
+                keys[at], codes[at] = key, tree.children[code, c]
+                waiting += 1
+    return best, bx, by, bz, found, feature
+
+
+@jit
+def within_scaled(tree, x, y, z, radius2, stack):
+    """Whether a triangle is nearer than the root of ``radius2``, scaled."""
+    codes, _, near = stack
+    limit = np.float32(min(radius2, 1e37)) * TRUST
+    fx, fy, fz = _single(x), _single(y), _single(z)
+    waiting = 1
+    codes[0] = 0
+    while waiting > 0:
+        waiting -= 1
+        code = codes[waiting]
+        if code < 0:
+            start = -(code + 1) >> 3
+            for t in range(start, start + (-(code + 1) & 7)):
+                if closest_on_triangle(tree.corners, t, x, y, z)[0] < radius2:
+                    return True
+            continue
+        _child_bounds(tree.bounds[code], fx, fy, fz, near)
+        for c in range(WIDTH):
+            if near[c] <= limit:
+                codes[waiting] = tree.children[code, c]
+                waiting += 1
+    return False
+
+
+@jit
+def is_inside(tree, x, y, z, cx, cy, cz, triangle, feature, stack):
+    """Side of a scaled point, given its closest point: by pseudonormal, or winding number where that is in doubt."""
+    if tree.by_winding == 1 or (tree.doubtful[triangle] >> feature) & 1:
+        return winding_scaled(tree, x, y, z, stack) > 0.5
+    n = tree.normals[triangle, feature]
+    return (x - cx) * n[0] + (y - cy) * n[1] + (z - cz) * n[2] < 0.0
+
+
+@jit
+def scaled(tree, x, y, z):
+    """Scaled coordinates of a point in mm."""
+    frame = tree.frame
+    return (x - frame[0]) / frame[3], (y - frame[1]) / frame[3], (z - frame[2]) / frame[3]
+
+
+@jit
+def nearest(tree, x, y, z, bound, seed, stack):
+    """Distance, closest point, triangle (in the tree's order) and feature; triangle -1 if none is below ``bound``.
+
+    Parameters
+    ----------
+    tree : Tree
+    x, y, z : float
+        Point in mm.
+    bound : float
+        Search no farther than this, in mm; ``math.inf`` for no bound.
+    seed : int
+        A triangle in the tree's order that is probably near, or -1.
+    stack
+        From :func:`new_stack`, one for each thread.
+    """
+    frame = tree.frame
+    sx, sy, sz = scaled(tree, x, y, z)
+    d2, cx, cy, cz, t, f = closest_scaled(tree, sx, sy, sz, (bound / frame[3]) ** 2, seed, stack)
+    scale = frame[3]
+    if t < 0:
+        return math.nan if not d2 <= math.inf else bound, math.nan, math.nan, math.nan, t, f
+    return math.sqrt(d2) * scale, frame[0] + cx * scale, frame[1] + cy * scale, frame[2] + cz * scale, t, f
+
+
+@jit
+def is_within(tree, x, y, z, radius, stack):
+    """Whether a triangle is nearer to the point than ``radius``, in mm."""
+    sx, sy, sz = scaled(tree, x, y, z)
+    return within_scaled(tree, sx, sy, sz, (radius / tree.frame[3]) ** 2, stack)
+
+
+@jit
+def signed_nearest(tree, x, y, z, seed, stack):
+    """Signed distance (positive inside), closest point, gradient (unit, inward) and triangle (in the tree's order).
+
+    On the surface itself the gradient is the pseudonormal, turned inward.
+    """
+    frame = tree.frame
+    sx, sy, sz = scaled(tree, x, y, z)
+    d2, cx, cy, cz, t, f = closest_scaled(tree, sx, sy, sz, math.inf, seed, stack)
+    if t < 0:
+        nan = math.nan
+        return nan, nan, nan, nan, nan, nan, nan, t
+    distance = math.sqrt(d2)
+    sign = 1.0 if is_inside(tree, sx, sy, sz, cx, cy, cz, t, f, stack) else -1.0
+    n = tree.normals[t, f]
+    gx, gy, gz = -n[0], -n[1], -n[2]
+    if distance > TOUCH and (f != FACE or tree.by_winding == 1):
+        gx, gy, gz = sign * (sx - cx) / distance, sign * (sy - cy) / distance, sign * (sz - cz) / distance
+    scale = frame[3]
+    px, py, pz = frame[0] + cx * scale, frame[1] + cy * scale, frame[2] + cz * scale
+    return sign * distance * scale, px, py, pz, gx, gy, gz, t
+
+
+@parallel_jit
+def signed_distances(tree, points):
+    """Signed distances ``(N,)`` and gradients ``(N, 3)`` at points ``(N, 3)``."""
+    values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
+    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
+        stack = new_stack()
+        seed = -1
+        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+            value, _, _, _, gx, gy, gz, seed = signed_nearest(
+                tree, points[q, 0], points[q, 1], points[q, 2], seed, stack
+            )
+            values[q], gradients[q, 0], gradients[q, 1], gradients[q, 2] = value, gx, gy, gz
+    return values, gradients
+
+
+@parallel_jit
+def closest_points(tree, points):
+    """Distance ``(N,)``, closest point ``(N, 3)``, triangle in the mesh's order and feature at points ``(N, 3)``."""
+    count = len(points)
+    distance, closest = np.zeros(count), np.zeros((count, 3))
+    triangle, position, feature = np.zeros(count, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int8)
+    for chunk in prange((count + CHUNK - 1) // CHUNK):
+        stack = new_stack()
+        seed = -1
+        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
+            d, cx, cy, cz, seed, f = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
+            distance[q], closest[q, 0], closest[q, 1], closest[q, 2] = d, cx, cy, cz
+            triangle[q] = tree.order[seed] if seed >= 0 else -1
+            position[q] = seed
+            feature[q] = f
+    return distance, closest, triangle, position, feature
+
+
+@parallel_jit
+def unsigned_distances(tree, points):
+    """Distances ``(N,)`` from points ``(N, 3)``."""
+    out = np.zeros(len(points))
+    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
+        stack = new_stack()
+        seed = -1
+        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+            out[q], _, _, _, seed, _ = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
+    return out
+
+
+@parallel_jit
+def any_within(tree, points, radii):
+    """Whether anything lies nearer to points ``(N, 3)`` than their radii ``(N,)``."""
+    out = np.zeros(len(points), np.bool_)
+    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
+        stack = new_stack()
+        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+            out[q] = is_within(tree, points[q, 0], points[q, 1], points[q, 2], radii[q], stack)
+    return out

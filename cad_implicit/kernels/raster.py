@@ -1,0 +1,260 @@
+"""Signed distance on the nodes of a grid near a mesh: triangles scattered over the nodes within a band.
+
+The grid is cut into slabs along its first axis; a slab is filled by one thread, triangles in the order of the mesh,
+so the values do not depend on the number of threads. Coordinates are the tree's scaled ones; ``origin`` and
+``step`` give the grid in them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from .closest import is_inside
+from .jit import jit, parallel_jit
+from .stack import new_stack
+from .triangle import FACE, closest_on_triangle
+from .winding import winding_scaled
+
+#: Planes of nodes in a slab: 8 × 128² nodes with 12 bytes of scratch each stay in the second-level cache.
+SLAB = 8
+#: The band is widened by this factor, so that nodes next to one beyond the band are not on the surface.
+WIDEN = 1.0 + 1e-6
+#: Steps between probes of the winding number along a row beyond the band of an open mesh.
+_PROBE = 8
+#: Slopes of a plane along a row, per band, below which the row counts as parallel to it.
+_PARALLEL = 1e-9
+
+
+@jit
+def slab_members(corners, order, origin_x, step_x, planes, band):
+    """Triangles that reach each slab, in the order of the mesh: ``members[first[s]:first[s + 1]]``."""
+    position = np.zeros(len(order), np.int32)
+    for t in range(len(order)):
+        position[order[t]] = t
+    slabs = (planes + SLAB - 1) // SLAB
+    span = np.zeros((len(order), 2), np.int32)
+    first = np.zeros(slabs + 1, np.int64)
+    for m in range(len(order)):
+        t = position[m]
+        low = min(corners[t, 0], corners[t, 3], corners[t, 6]) - band
+        high = max(corners[t, 0], corners[t, 3], corners[t, 6]) + band
+        bottom, top = math.ceil((low - origin_x) / step_x), math.floor((high - origin_x) / step_x)
+        span[m, 0] = int(min(max(bottom, 0), planes)) // SLAB
+        span[m, 1] = (int(min(max(top, -1), planes - 1)) + SLAB) // SLAB
+        for s in range(span[m, 0], span[m, 1]):
+            first[s + 1] += 1
+    for s in range(slabs):
+        first[s + 1] += first[s]
+    members = np.zeros(first[slabs], np.int32)
+    cursor = first[:-1].copy()
+    for m in range(len(order)):
+        for s in range(span[m, 0], span[m, 1]):
+            members[cursor[s]] = position[m]
+            cursor[s] += 1
+    return first, members
+
+
+@jit
+def _fences(tree, t, band, fences):
+    """Half-spaces ``g . x <= c`` (rows g, c) that hold all points within the band of triangle t; their number.
+
+    Above and below the face and beyond each edge; around the longest edge if the triangle is flat.
+    """
+    corners, n = tree.corners, tree.normals[t, FACE]
+    if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
+        return _fences_of_flat(corners, t, band, fences)
+    height = n[0] * corners[t, 0] + n[1] * corners[t, 1] + n[2] * corners[t, 2]
+    for d in range(3):
+        fences[0, d], fences[1, d] = n[d], -n[d]
+    fences[0, 3], fences[1, 3] = height + band, band - height
+    for e in range(3):
+        a, b = 3 * e, 3 * ((e + 1) % 3)
+        ux, uy, uz = (
+            corners[t, b] - corners[t, a],
+            corners[t, b + 1] - corners[t, a + 1],
+            corners[t, b + 2] - corners[t, a + 2],
+        )
+        length = math.sqrt(ux * ux + uy * uy + uz * uz)
+        x, y, z = (uy * n[2] - uz * n[1]) / length, (uz * n[0] - ux * n[2]) / length, (ux * n[1] - uy * n[0]) / length
+        fences[2 + e, 0], fences[2 + e, 1], fences[2 + e, 2] = x, y, z
+        fences[2 + e, 3] = x * corners[t, a] + y * corners[t, a + 1] + z * corners[t, a + 2] + band
+    return 5
+
+
+@jit
+def _fences_of_flat(corners, t, band, fences):
+    """Four planes around the longest edge of a triangle without area; none if it is a point."""
+    longest, at = 0.0, 0
+    for e in range(3):
+        length = 0.0
+        for d in range(3):
+            length += (corners[t, (3 * e + 3 + d) % 9] - corners[t, 3 * e + d]) ** 2
+        if length > longest:
+            longest, at = length, e
+    if not longest > 1e-24:
+        return 0
+    ux, uy, uz = (
+        (corners[t, (3 * at + 3) % 9] - corners[t, 3 * at]) / math.sqrt(longest),
+        (corners[t, (3 * at + 4) % 9] - corners[t, 3 * at + 1]) / math.sqrt(longest),
+        (corners[t, (3 * at + 5) % 9] - corners[t, 3 * at + 2]) / math.sqrt(longest),
+    )
+    # two directions across: u × the axis it follows least, and u × that
+    if abs(ux) <= abs(uy) and abs(ux) <= abs(uz):
+        vx, vy, vz = 0.0, uz, -uy
+    elif abs(uy) <= abs(uz):
+        vx, vy, vz = -uz, 0.0, ux
+    else:
+        vx, vy, vz = uy, -ux, 0.0
+    length = math.sqrt(vx * vx + vy * vy + vz * vz)
+    vx, vy, vz = vx / length, vy / length, vz / length
+    for k in range(2):
+        height = vx * corners[t, 3 * at] + vy * corners[t, 3 * at + 1] + vz * corners[t, 3 * at + 2]
+        fences[2 * k, 0], fences[2 * k, 1], fences[2 * k, 2], fences[2 * k, 3] = vx, vy, vz, height + band * 1.001
+        fences[2 * k + 1, 0], fences[2 * k + 1, 1], fences[2 * k + 1, 2] = -vx, -vy, -vz
+        fences[2 * k + 1, 3] = band * 1.001 - height
+        vx, vy, vz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return 4
+
+
+@jit
+def _steps(corners, t, axis, origin, step, band, start, stop):
+    """Range of nodes along an axis within the band of the triangle's box, inside ``start:stop``."""
+    low = min(corners[t, axis], corners[t, 3 + axis], corners[t, 6 + axis]) - band
+    high = max(corners[t, axis], corners[t, 3 + axis], corners[t, 6 + axis]) + band
+    first = math.ceil((low - origin) / step)
+    last = math.floor((high - origin) / step)
+    return int(min(max(first, start), stop)), int(max(min(last + 1, stop), start))
+
+
+@jit
+def _clip(fences, count, slopes, x, y, z, low, high):
+    """Range of steps along the row from (x, y, z) that lie inside all fences."""
+    for q in range(count):
+        room = fences[q, 3] - fences[q, 0] * x - fences[q, 1] * y - fences[q, 2] * z
+        slope = slopes[q]
+        if slope > 0.0:
+            high = min(high, room / slope)
+        elif slope < 0.0:
+            low = max(low, room / slope)
+        elif room < 0.0:
+            return 1.0, 0.0
+    return low, high
+
+
+@jit
+def _scatter(tree, t, origin, step, band, start, stop, best, who, fences, slopes):
+    """Lower the squared distances of all nodes within the band of triangle t, between planes start and stop."""
+    corners = tree.corners
+    i0, i1 = _steps(corners, t, 0, origin[0], step[0], band, start, stop)
+    j0, j1 = _steps(corners, t, 1, origin[1], step[1], band, 0, best.shape[1])
+    k0, k1 = _steps(corners, t, 2, origin[2], step[2], band, 0, best.shape[2])
+    count = _fences(tree, t, band, fences)
+    for q in range(count):
+        slopes[q] = fences[q, 2] * step[2]
+        if abs(slopes[q]) * (k1 - k0) < _PARALLEL * band:
+            slopes[q] = 0.0
+    z0 = origin[2]
+    for i in range(i0, i1):
+        x = origin[0] + i * step[0]
+        for j in range(j0, j1):
+            y = origin[1] + j * step[1]
+            low, high = _clip(fences, count, slopes, x, y, z0, float(k0), float(k1 - 1))
+            for k in range(math.ceil(low), math.floor(high) + 1):
+                z = z0 + k * step[2]
+                known = best[i - start, j, k]
+                if count == 5:
+                    h = fences[0, 0] * x + fences[0, 1] * y + fences[0, 2] * z - fences[0, 3] + band
+                    if h * h > known:
+                        continue
+                d2, _, _, _, feature = closest_on_triangle(corners, t, x, y, z)
+                if d2 < known:
+                    best[i - start, j, k] = d2
+                    who[i - start, j, k] = t * 8 + feature
+
+
+@jit
+def _probe(tree, x, y, z0, dz, k, stop, row, far, stack):
+    """Fill ``row[k:stop]``, which is beyond the band, by winding numbers a few steps apart."""
+    before = winding_scaled(tree, x, y, z0 + k * dz, stack) > 0.5
+    while k < stop:
+        after_at = min(k + _PROBE, stop - 1)
+        after = winding_scaled(tree, x, y, z0 + after_at * dz, stack) > 0.5
+        for q in range(k, after_at + 1):
+            inside = before
+            if before != after:
+                inside = winding_scaled(tree, x, y, z0 + q * dz, stack) > 0.5
+            row[q] = far if inside else -far
+        before = after
+        k = after_at + 1
+
+
+@jit
+def _sign_row(tree, x, y, z0, dz, best, who, row, band, millimetres, exterior, is_open, stack):
+    """Turn squared distances of one row into signed distances; beyond the band the side is that of the node before.
+
+    A node beyond the band has no surface within a step of it, so its neighbours lie on its side. The first node of
+    a row is outside, since the grid holds the mesh.
+    """
+    inside = exterior
+    far = band / WIDEN * millimetres
+    k = 0
+    while k < len(row):
+        code = who[k]
+        z = z0 + k * dz
+        if code < 0:
+            if is_open:
+                stop = k
+                while stop < len(row) and who[stop] < 0:
+                    stop += 1
+                _probe(tree, x, y, z0, dz, k, stop, row, far, stack)
+                k = stop
+                continue
+            row[k] = far if inside else -far
+        else:
+            _, cx, cy, cz, feature = closest_on_triangle(tree.corners, code >> 3, x, y, z)
+            inside = is_inside(tree, x, y, z, cx, cy, cz, code >> 3, feature, stack)
+            distance = min(math.sqrt(best[k]) * millimetres, far)
+            row[k] = distance if inside else -distance
+        k += 1
+
+
+@parallel_jit
+def fill_slabs(tree, origin, step, band, first_slab, last_slab, first, members, exterior, is_open, values):
+    """Write the signed distances in mm of slabs ``first_slab:last_slab`` into ``values``.
+
+    Parameters
+    ----------
+    tree : Tree
+        Signed.
+    origin, step : (3,) float64
+        Grid in scaled coordinates.
+    band : float
+        Scaled, times WIDEN.
+    first, members
+        From :func:`slab_members`.
+    exterior : bool
+        Side of points far from the mesh: True if it is inside out.
+    is_open : bool
+        Whether inside and outside meet without a surface between them.
+    values : (X, Y, Z) float32
+    """
+    planes, rows, length = values.shape
+    for slab in prange(first_slab, last_slab):
+        start, stop = slab * SLAB, min((slab + 1) * SLAB, planes)
+        best = np.full((stop - start, rows, length), band * band)
+        who = np.full((stop - start, rows, length), -1, np.int32)
+        fences, slopes = np.zeros((5, 4)), np.zeros(5)
+        for m in range(first[slab], first[slab + 1]):
+            _scatter(tree, members[m], origin, step, band, start, stop, best, who, fences, slopes)
+        stack = new_stack()
+        for i in range(start, stop):
+            x = origin[0] + i * step[0]
+            for j in range(rows):
+                y = origin[1] + j * step[1]
+                _sign_row(
+                    tree, x, y, origin[2], step[2], best[i - start, j], who[i - start, j], values[i, j],
+                    band, tree.frame[3], exterior, is_open, stack,
+                )  # fmt: skip

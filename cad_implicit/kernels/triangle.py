@@ -1,0 +1,108 @@
+"""One triangle and one point: closest point, feature, solid angle.
+
+Triangles are rows of ``corners``: nine numbers, the three corners one after the other.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .jit import jit
+
+#: What part of a triangle is closest to a point: the face, the edge that starts at corner 0, 1 or 2, or a corner.
+FACE, EDGE, CORNER = 0, 1, 4
+
+#: A triangle lower than this, relative to its longest edge, counts as its three edges: below it rounding decides
+#: the direction of its normal.
+FLAT = 1e-10
+
+
+@jit
+def closest_on_segment(ax, ay, az, bx, by, bz, px, py, pz):
+    """Squared distance, closest point and parameter in [0, 1] on the segment from a to b."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = px - ax, py - ay, pz - az
+    length2 = ux * ux + uy * uy + uz * uz
+    t = 0.0
+    if length2 > 0.0:
+        t = min(max((ux * vx + uy * vy + uz * vz) / length2, 0.0), 1.0)
+    x, y, z = ax + t * ux, ay + t * uy, az + t * uz
+    if t == 1.0:
+        x, y, z = bx, by, bz
+    return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, t
+
+
+@jit
+def closest_on_flat(corners, t, px, py, pz):
+    """Do the same as :func:`closest_on_triangle` for a triangle without area: the nearest of its three edges."""
+    best, x, y, z, feature = math.inf, px, py, pz, EDGE
+    for edge in range(3):
+        a, b = 3 * edge, 3 * ((edge + 1) % 3)
+        d2, cx, cy, cz, where = closest_on_segment(
+            corners[t, a], corners[t, a + 1], corners[t, a + 2], corners[t, b], corners[t, b + 1], corners[t, b + 2],
+            px, py, pz,
+        )  # fmt: skip
+        if d2 < best:
+            best, x, y, z, feature = d2, cx, cy, cz, EDGE + edge
+            if where == 0.0:
+                feature = CORNER + edge
+            elif where == 1.0:
+                feature = CORNER + (edge + 1) % 3
+    return best, x, y, z, feature
+
+
+@jit
+def closest_on_triangle(corners, t, px, py, pz):
+    """Squared distance, closest point and feature of triangle t (Voronoi regions, Ericson 2005, section 5.1.5)."""
+    ax, ay, az = corners[t, 0], corners[t, 1], corners[t, 2]
+    ux, uy, uz = corners[t, 3] - ax, corners[t, 4] - ay, corners[t, 5] - az
+    vx, vy, vz = corners[t, 6] - ax, corners[t, 7] - ay, corners[t, 8] - az
+    wx, wy, wz = px - ax, py - ay, pz - az
+    wu, wv = wx * ux + wy * uy + wz * uz, wx * vx + wy * vy + wz * vz
+    if wu <= 0.0 and wv <= 0.0:
+        return wx * wx + wy * wy + wz * wz, ax, ay, az, CORNER
+    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    if wu >= uu and wv - uv <= wu - uu:
+        x, y, z = corners[t, 3], corners[t, 4], corners[t, 5]
+        return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, CORNER + 1
+    if wv >= vv and wu - uv <= wv - vv:
+        x, y, z = corners[t, 6], corners[t, 7], corners[t, 8]
+        return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, CORNER + 2
+    area2 = uu * vv - uv * uv
+    longest2 = max(uu, vv)
+    if not area2 > FLAT * FLAT * longest2 * longest2:
+        return closest_on_flat(corners, t, px, py, pz)
+    # barycentric coordinates, times area2
+    beta, gamma = wu * vv - wv * uv, wv * uu - wu * uv
+    alpha = area2 - beta - gamma
+    feature = FACE
+    if gamma <= 0.0 and 0.0 <= wu <= uu:
+        s, r, feature = wu / uu, 0.0, EDGE
+    elif beta <= 0.0 and 0.0 <= wv <= vv:
+        s, r, feature = 0.0, wv / vv, EDGE + 2
+    else:
+        from_b, from_c = (wv - uv) - (wu - uu), (wu - uv) - (wv - vv)
+        if alpha <= 0.0 and from_b >= 0.0 and from_c >= 0.0:
+            r = from_b / (from_b + from_c)
+            s, feature = 1.0 - r, EDGE + 1
+        else:
+            s, r = beta / area2, gamma / area2
+    x, y, z = ax + s * ux + r * vx, ay + s * uy + r * vy, az + s * uz + r * vz
+    return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, feature
+
+
+@jit
+def solid_angle(corners, t, px, py, pz):
+    """Signed solid angle of triangle t seen from a point, positive from behind.
+
+    Source: van Oosterom and Strackee 1983, DOI 10.1109/TBME.1983.325207.
+    """
+    ax, ay, az = corners[t, 0] - px, corners[t, 1] - py, corners[t, 2] - pz
+    bx, by, bz = corners[t, 3] - px, corners[t, 4] - py, corners[t, 5] - pz
+    cx, cy, cz = corners[t, 6] - px, corners[t, 7] - py, corners[t, 8] - pz
+    a = math.sqrt(ax * ax + ay * ay + az * az)
+    b = math.sqrt(bx * bx + by * by + bz * bz)
+    c = math.sqrt(cx * cx + cy * cy + cz * cz)
+    ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+    triple = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return 2.0 * math.atan2(triple, a * b * c + ab * c + bc * a + ca * b)

@@ -1,0 +1,65 @@
+"""Generalized winding number: which side of a mesh that is not closed, or runs through itself, a point lies on.
+
+Exact solid angles of near triangles, one dipole for each far node of the tree.
+Source: Barill et al. 2018, DOI 10.1145/3197517.3201337.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from .bvh import WIDTH
+from .jit import jit, parallel_jit
+from .stack import CHUNK, new_stack
+from .triangle import solid_angle
+
+#: A node counts as far beyond this many of its radii. Errors of the winding number of closed meshes of 1k to 12k
+#: triangles: up to 0.03 at 2, 0.01 at 3.
+_FAR_RADII = 2.5
+
+
+@jit
+def winding_scaled(tree, x, y, z, stack):
+    """Winding number at a point in the tree's scaled coordinates: 1 inside, 0 outside a closed mesh."""
+    codes = stack[0]
+    angle, field = 0.0, 0.0
+    waiting = 1
+    codes[0] = 0
+    while waiting > 0:
+        waiting -= 1
+        code = codes[waiting]
+        if code < 0:
+            start = -(code + 1) >> 3
+            for t in range(start, start + (-(code + 1) & 7)):
+                angle += solid_angle(tree.corners, t, x, y, z)
+            continue
+        dipole = tree.dipoles[code]
+        for c in range(WIDTH):
+            dx, dy, dz = dipole[3, c] - x, dipole[4, c] - y, dipole[5, c] - z
+            d2 = dx * dx + dy * dy + dz * dz
+            if d2 > (_FAR_RADII * dipole[6, c]) ** 2:
+                field += (dipole[0, c] * dx + dipole[1, c] * dy + dipole[2, c] * dz) / (d2 * math.sqrt(d2))
+            else:
+                codes[waiting] = tree.children[code, c]
+                waiting += 1
+    return (angle + field) / (4 * math.pi)
+
+
+@parallel_jit
+def winding_numbers(tree, points):
+    """Winding numbers ``(N,)`` at points ``(N, 3)`` in mm."""
+    out = np.zeros(len(points))
+    centre, scale = tree.frame[:3], tree.frame[3]
+    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
+        stack = new_stack()
+        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+            x, y, z = (
+                (points[q, 0] - centre[0]) / scale,
+                (points[q, 1] - centre[1]) / scale,
+                (points[q, 2] - centre[2]) / scale,
+            )
+            out[q] = winding_scaled(tree, x, y, z, stack)
+    return out

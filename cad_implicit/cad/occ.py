@@ -1,0 +1,182 @@
+"""B-rep solids through OCP, the Python binding of Open CASCADE that CadQuery and build123d share.
+
+Runs on OCP 7.9 (CadQuery) and 8.0 (build123d). Import this module before the other ``occ_`` modules: it says what
+to install where there is no OCP.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cad_implicit.errors import MissingHostError, NoSolidError
+from cad_implicit.mesh import FloatArray
+
+from .weld import groups
+
+try:
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.Message import Message
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
+    from OCP.TopExp import TopExp, TopExp_Explorer
+    from OCP.TopoDS import TopoDS, TopoDS_Compound
+except ImportError as error:
+    raise MissingHostError(
+        f"B-rep parts (STEP, BREP, CadQuery, build123d) need OCP, and it cannot be imported ({error}); it comes with "
+        'either host: pip install "cad_implicit[cadquery]" or pip install "cad_implicit[build123d]"'
+    ) from error
+try:  # OCP 7.9
+    from OCP.TopTools import TopTools_IndexedMapOfShape as _IndexedMap
+    from OCP.TopTools import TopTools_ListOfShape as _List
+except ImportError:  # OCP 8.0
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as _IndexedMap
+    from OCP.collections import List_TopoDS_Shape as _List
+
+Shape = Any  # a TopoDS_Shape: OCP has no stubs that hold for both versions
+
+as_face = getattr(TopoDS, "Face_s", None) or TopoDS.Face
+as_edge = getattr(TopoDS, "Edge_s", None) or TopoDS.Edge
+
+#: A union is believed if its volume lies between the largest solid's and the sum of all, give or take this share.
+_VOLUME_SLACK = 1e-6
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Keep the kernel's messages off the standard streams."""
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
+
+
+def explore(shape: Shape, kind: Any) -> Iterator[Shape]:
+    """Sub-shapes of a kind in the order of ``TopExp_Explorer``; shared ones come as often as they are used."""
+    explorer = TopExp_Explorer(shape, kind)
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+def shape_map(shape: Shape, kind: Any) -> Any:
+    """Map 1-based numbers to distinct sub-shapes of a kind, as ``TopExp::MapShapes`` (and FreeCAD) number them."""
+    found = _IndexedMap()
+    TopExp.MapShapes_s(shape, kind, found)
+    return found
+
+
+def compound(shapes: Sequence[Shape]) -> Shape:
+    """One shape: the only one, or a compound of several."""
+    if len(shapes) == 1:
+        return shapes[0]
+    result, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(result)
+    for shape in shapes:
+        builder.Add(result, shape)
+    return result
+
+
+def has_solid(shape: Shape) -> bool:
+    """Whether there is a solid in a shape."""
+    return bool(TopExp_Explorer(shape, TopAbs_SOLID).More())
+
+
+def solids(shape: Shape) -> list[Shape]:
+    """Distinct solids of a shape.
+
+    Raises
+    ------
+    NoSolidError
+        If there is none; says what was found instead.
+    """
+    if shape.IsNull():
+        raise NoSolidError("the part is empty; give a shape that holds a solid")
+    found = list(distinct(shape, TopAbs_SOLID))
+    if not found:
+        shells, faces = (shape_map(shape, kind).Extent() for kind in (TopAbs_SHELL, TopAbs_FACE))
+        raise NoSolidError(
+            f"the part holds no solid, only {shells} shells and {faces} faces, so it has no inside; "
+            "close the surfaces and make a solid of them, or thicken them"
+        )
+    return found
+
+
+def volume(shape: Shape) -> float:
+    """Exact volume in mm³."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def is_valid(shape: Shape) -> bool:
+    """Whether the kernel's own check finds nothing wrong."""
+    return bool(BRepCheck_Analyzer(shape).IsValid())
+
+
+def bounds(shape: Shape) -> FloatArray:
+    """Lower and upper corner ``(2, 3)`` in mm of a box that holds the shape; for splines not the smallest."""
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    corners = (box.CornerMin(), box.CornerMax())
+    return np.array([[p.X(), p.Y(), p.Z()] for p in corners])
+
+
+def united(shape: Shape) -> list[Shape]:
+    """Solids of a shape, those that overlap or touch fused where the kernel gets it right.
+
+    Solids whose boxes are apart are never fused. A union that fails, is invalid, or has an impossible volume is
+    dropped and its solids returned as they were: they then overlap.
+    """
+    parts = solids(shape)
+    if len(parts) == 1:
+        return parts
+    low, high = np.moveaxis(np.array([bounds(part) for part in parts]), 1, 0)
+    apart = ((low[:, None] > high[None]) | (high[:, None] < low[None])).any(axis=2)
+    label, first = groups(len(parts), np.argwhere(~apart))
+    result: list[Shape] = []
+    for number in label[np.sort(first)]:
+        result += _fused([part for part, own in zip(parts, label, strict=True) if own == number])
+    return result
+
+
+def _fused(parts: list[Shape]) -> list[Shape]:
+    if len(parts) == 1:
+        return parts
+    arguments, tools = _List(), _List()
+    arguments.Append(parts[0])
+    for part in parts[1:]:
+        tools.Append(part)
+    fuse = BRepAlgoAPI_Fuse()
+    fuse.SetArguments(arguments)
+    fuse.SetTools(tools)
+    fuse.SetNonDestructive(True)
+    try:
+        with silence():
+            fuse.Build()
+            result = list(distinct(fuse.Shape(), TopAbs_SOLID)) if fuse.IsDone() else []
+            good = bool(result) and all(is_valid(solid) for solid in result)
+            before, after = [volume(part) for part in parts], sum(volume(solid) for solid in result)
+    except Exception:  # OCP raises its own family of errors, which differs between versions
+        return parts
+    low, high = max(before) * (1 - _VOLUME_SLACK), sum(before) * (1 + _VOLUME_SLACK)
+    return result if good and low <= after <= high else parts
+
+
+def distinct(shape: Shape, kind: Any) -> Iterator[Shape]:
+    """Distinct sub-shapes of a kind in the order of :func:`shape_map`."""
+    found = shape_map(shape, kind)
+    return (found.FindKey(i) for i in range(1, found.Extent() + 1))

@@ -1,0 +1,124 @@
+"""STEP and BREP files in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRep import BRep_Builder
+from OCP.BRepTools import BRepTools
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.Interface import Interface_Static
+from OCP.STEPControl import STEPControl_AsIs, STEPControl_Reader, STEPControl_Writer
+from OCP.TCollection import TCollection_HAsciiString
+from OCP.TopoDS import TopoDS_Shape
+
+from cad_implicit.errors import FileFormatError
+
+from .occ import Shape, silence
+
+
+def read(path: Path) -> Shape:
+    """Shape of a STEP or BREP file in mm.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is cut short, corrupt, or of another kind than its suffix says.
+    """
+    step = path.suffix.lower() in (".step", ".stp")
+    try:
+        with silence():
+            shape = _read_step(path) if step else _read_brep(path)
+    except FileFormatError:
+        raise
+    except Exception as error:  # OCP raises its own family of errors, which differs between versions
+        raise FileFormatError(f"{path} cannot be read ({type(error).__name__}); export it again") from error
+    if shape is None or shape.IsNull():
+        raise FileFormatError(
+            f"{path} holds no shape, or a corrupt one ({path.stat().st_size:,} bytes); export it again"
+        )
+    return shape
+
+
+def _read_step(path: Path) -> Shape | None:
+    with path.open("rb") as file:
+        start = file.read(1024)
+        file.seek(max(0, path.stat().st_size - 4096))
+        end = file.read()
+    if b"ISO-10303-21" not in start:
+        raise FileFormatError(
+            f"{path} is not a STEP file: it does not start with ISO-10303-21; export it again as STEP"
+        )
+    if b"END-ISO-10303-21" not in end:
+        size = path.stat().st_size
+        raise FileFormatError(f"{path} is cut short: END-ISO-10303-21 is missing after {size:,} bytes; export it again")
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_RetDone:
+        return None
+    reader.SetSystemLengthUnit(1.0)  # in mm, whatever another library in this process has chosen
+    reader.TransferRoots()
+    return reader.OneShape()
+
+
+def _read_brep(path: Path) -> Shape | None:
+    with path.open("rb") as file:
+        if b"CASCADE Topology" not in file.read(256):
+            raise FileFormatError(f"{path} is not a text BREP file of Open CASCADE; export it again as BREP or STEP")
+    shape = TopoDS_Shape()
+    return shape if BRepTools.Read_s(shape, str(path), BRep_Builder()) else None
+
+
+def write(shape: Shape, path: Path, name: str, time: str) -> None:
+    """Write a STEP or BREP file in mm.
+
+    Parameters
+    ----------
+    shape : TopoDS_Shape
+    path : Path
+        With suffix .step, .stp or .brep.
+    name, time : str
+        Name of the product and time stamp (ISO 8601) in a STEP file.
+
+    Raises
+    ------
+    FileFormatError
+        If the kernel cannot write the shape.
+    """
+    with silence():
+        if path.suffix.lower() == ".brep":
+            done = BRepTools.Write_s(shape, str(path))
+        else:
+            done = _write_step(shape, path, name, time)
+    if not done:
+        raise FileFormatError(f"{path} could not be written by the B-rep kernel; write a mesh (.stl, .3mf) instead")
+
+
+def _write_step(shape: Shape, path: Path, name: str, time: str) -> bool:
+    writer = STEPControl_Writer()
+    with _setting("write.step.unit", "MM"), _setting("xstep.cascade.unit", "MM"):
+        if writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone:
+            return False
+    model = writer.Model()
+    for number in range(1, model.NbEntities() + 1):
+        entity = model.Value(number)
+        if type(entity).__name__ == "StepBasic_Product":
+            entity.SetId(TCollection_HAsciiString(name))
+            entity.SetName(TCollection_HAsciiString(name))
+    header = APIHeaderSection_MakeHeader(model)
+    header.SetName(TCollection_HAsciiString(name))
+    header.SetTimeStamp(TCollection_HAsciiString(time))
+    return bool(writer.Write(str(path)) == IFSelect_RetDone)
+
+
+@contextmanager
+def _setting(name: str, value: str) -> Iterator[None]:
+    """Change one of the kernel's global settings for a while."""
+    before = Interface_Static.CVal_s(name)
+    Interface_Static.SetCVal_s(name, value)
+    try:
+        yield
+    finally:
+        Interface_Static.SetCVal_s(name, before)

@@ -1,0 +1,134 @@
+"""Triangles of B-rep solids: tessellated by the kernel, welded by topology."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED, TopAbs_SOLID
+from OCP.TopLoc import TopLoc_Location
+
+from cad_implicit.errors import NoSolidError
+from cad_implicit.mesh import FloatArray, Mesh
+from cad_implicit.parallel import Progress, no_progress
+
+from .occ import Shape, as_edge, as_face, bounds, compound, distinct, explore, shape_map
+from .weld import clean, closer, groups, outward
+
+
+def tessellate(
+    parts: Sequence[Shape],
+    tolerance: float | None = None,
+    angular_tolerance: float = 0.2,
+    progress: Progress = no_progress,
+) -> tuple[Mesh, float]:
+    """Triangles of solids; the solids themselves stay as they are.
+
+    Parameters
+    ----------
+    parts : sequence of TopoDS_Shape
+        Solids; each gives its own closed surface.
+    tolerance : float, optional
+        Largest distance in mm between triangle and surface; the diagonal / 2000 by default.
+    angular_tolerance : float
+        Largest angle in radians between neighbouring segments of a curve.
+    progress : callable
+        Called with stage "tessellate".
+
+    Returns
+    -------
+    mesh : Mesh
+        ``face_ids`` number the faces of the compound of all parts from 0 in the order of ``TopExp::MapShapes``.
+        Closed if the B-rep is valid.
+    tolerance : float
+        The one used, in mm.
+    """
+    whole = compound(parts)
+    if tolerance is None:
+        low, high = bounds(whole)
+        tolerance = float(np.linalg.norm(high - low)) / 2000
+    progress("tessellate", 0.0)
+    copy = BRepBuilderAPI_Copy(whole, False, False).Shape()
+    BRepMesh_IncrementalMesh(copy, tolerance, False, angular_tolerance, True)
+    progress("tessellate", 0.5)
+    numbers = shape_map(copy, TopAbs_FACE)
+    meshes = [mesh for solid in distinct(copy, TopAbs_SOLID) if (mesh := _solid_mesh(solid, numbers))]
+    progress("tessellate", 1.0)
+    if not meshes:
+        raise NoSolidError(f"none of {numbers.Extent()} faces could be triangulated; check the part's geometry")
+    return joined(meshes), tolerance
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one, without welding them to each other."""
+    start = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    faces = np.concatenate([mesh.faces + n for mesh, n in zip(meshes, start[:-1], strict=True)])
+    ids = np.concatenate([np.full(len(m.faces), -1) if m.face_ids is None else m.face_ids for m in meshes])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces, ids)
+
+
+def _solid_mesh(solid: Shape, numbers: Any) -> Mesh | None:
+    """Triangles of one solid, welded along the edges that its faces share."""
+    vertices, faces, ids, pairs = [], [], [], []
+    edges = shape_map(solid, TopAbs_EDGE)
+    first_use: dict[int, NDArray[np.int64]] = {}
+    count = 0
+    for shape in explore(solid, TopAbs_FACE):
+        if shape.Orientation() not in (TopAbs_FORWARD, TopAbs_REVERSED):
+            continue  # a face inside the material bounds nothing
+        location = TopLoc_Location()
+        triangulation = BRep_Tool.Triangulation_s(as_face(shape), location)
+        if triangulation is None or not triangulation.NbTriangles():
+            continue
+        points, triangles = _face_arrays(triangulation, location, shape.Orientation() == TopAbs_REVERSED)
+        vertices.append(points)
+        faces.append(triangles + count)
+        ids.append(np.full(len(triangles), numbers.FindIndex(shape) - 1))
+        for edge in explore(shape, TopAbs_EDGE):
+            nodes = _edge_nodes(as_edge(edge), triangulation, location)
+            if nodes is not None:
+                pairs.append(_same_nodes(edge, nodes + count, first_use, edges.FindIndex(edge)))
+        count += len(points)
+    if not faces:
+        return None
+    label, first = groups(count, np.concatenate(pairs or [np.zeros((0, 2), np.int64)]))
+    points, triangles, face_ids = clean(
+        np.concatenate(vertices)[first], label[np.concatenate(faces)], np.concatenate(ids)
+    )
+    return outward(closer(Mesh(points, triangles, face_ids))) if len(triangles) else None
+
+
+def _face_arrays(triangulation: Any, location: Any, reverse: bool) -> tuple[FloatArray, NDArray[np.integer]]:
+    """Nodes and triangles of one face in place, counter-clockwise seen from outside the material."""
+    points = np.array([triangulation.Node(i).Coord() for i in range(1, triangulation.NbNodes() + 1)])
+    corners = [triangulation.Triangle(i).Get() for i in range(1, triangulation.NbTriangles() + 1)]
+    triangles = np.array(corners, np.int32) - 1
+    if not location.IsIdentity():
+        move = location.Transformation()
+        matrix = np.array([[move.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
+        points = points @ matrix[:, :3].T + matrix[:, 3]
+        reverse ^= bool(np.linalg.det(matrix[:, :3]) < 0)
+    return points, triangles[:, ::-1] if reverse else triangles
+
+
+def _edge_nodes(edge: Shape, triangulation: Any, location: Any) -> NDArray[np.int64] | None:
+    """0-based nodes of a face's triangulation along an edge; a seam gives either side by its orientation."""
+    polygon = BRep_Tool.PolygonOnTriangulation_s(edge, triangulation, location)
+    return None if polygon is None else np.array([polygon.Node(i) for i in range(1, polygon.NbNodes() + 1)]) - 1
+
+
+def _same_nodes(
+    edge: Shape, nodes: NDArray[np.int64], first_use: dict[int, NDArray[np.int64]], number: int
+) -> NDArray[np.int64]:
+    """Pairs of nodes that are one vertex: along an edge with its first use, at a pole all of them."""
+    if BRep_Tool.Degenerated_s(as_edge(edge)):
+        return np.stack([np.full(len(nodes), nodes[0]), nodes], axis=1)
+    other = first_use.setdefault(number, nodes)
+    if len(other) != len(nodes):
+        return np.zeros((0, 2), np.int64)
+    return np.stack([other, nodes], axis=1)

@@ -1,0 +1,387 @@
+"""Dual contouring: the surface of an Implicit as a closed mesh that keeps sharp edges and corners.
+
+Edges of a sparse grid with a change of sign give points and normals of the surface; each piece of surface in a cell
+gets the vertex nearest to its tangent planes; each edge gets a quad. Ju, Losasso, Schaefer and Warren 2002,
+DOI 10.1145/566654.566586; one vertex for each piece of surface: Schaefer, Ju and Warren 2007,
+DOI 10.1109/TVCG.2007.1012.
+
+Promised: the mesh is closed, oriented outward and 2-manifold, whatever the function. Not promised: freedom from
+self-intersections (thin walls and gaps near the spacing may touch), and features thinner than the spacing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import parallel
+from .errors import EmptyResultError
+from .implicit import FloatArray, Implicit
+from .kernels import bricks as brick_kernels
+from .kernels import crossings, hermite, projection, qef, slivers
+from .kernels import dual_contour as mesh_kernels
+from .kernels.cell_tables import LOOPS
+from .mesh import Mesh
+from .parallel import Progress, no_progress
+from .sparse import Bricks, sample_bricks
+
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+#: Points evaluated at a time, so that a cancelled run ends soon and memory stays bounded.
+_BATCH = 1 << 19
+
+#: First-order distance in spacings at which a root on an edge is good enough, and the most evaluations for it.
+_ROOT_TOLERANCE = 1e-6
+_ROOT_ROUNDS = 40
+
+#: A smooth vertex that moved by less, in spacings, is on the surface: Newton's error is about half the square of
+#: the step over the radius of curvature.
+_SMOOTH_TOLERANCE = 0.01
+_SMOOTH_ROUNDS = 4
+
+#: Where the faces beside a sharp vertex are probed, in spacings, round by round: far enough to tell sharp from
+#: curved and to forgive a poor first position; then closer, because the tangent planes of curved faces
+#: turn with the distance.
+_PROBES = (0.12, 0.02, 0.02)
+_SHARP_TOLERANCE = 1e-5
+
+#: Farthest that a vertex may be moved, in spacings.
+_REACH = 0.5
+
+
+def dual_contour(
+    implicit: Implicit,
+    spacing: float,
+    *,
+    bounds: ArrayLike | None = None,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    project: bool = True,
+    polish: Evaluate | None = None,
+) -> Mesh:
+    """Contour the surface of an Implicit, keeping its sharp edges and corners.
+
+    Parameters
+    ----------
+    implicit : Implicit
+        In space; its gradients should be true ones almost everywhere. A positive factor does not matter.
+    spacing : float
+        Width of the grid's cells in mm.
+    bounds : (2, 3) array_like, optional
+        Box in mm; whatever sticks out of it is cut off flat. The bounds of the Implicit by default.
+    threads : int, optional
+        Number of threads of the kernels, all cores by default; the result does not depend on it.
+    progress : callable
+        Called as ``progress(stage, fraction)`` with the stages "sample", "hermite", "vertices" and "triangles"; may
+        raise to cancel.
+    project : bool
+        Move the vertices onto the surface. Without it they are the minimisers of the quadratic error function, and
+        half of the evaluations are saved.
+    polish : callable, optional
+        Maps points (N, 3) to values (N,) and gradients (N, 3) more accurately than the Implicit does; used for the
+        last look at points on edges and for all vertices.
+
+    Returns
+    -------
+    Mesh
+        Closed, 2-manifold, normals outward. Triangles thinner than 2 degrees are removed where the shape
+        allows it.
+
+    Raises
+    ------
+    EmptyResultError
+        If no node of the grid is inside.
+    SpacingError
+        If the spacing is not positive and finite, or too small for the bounds.
+    """
+    bricks = sample_bricks(implicit, spacing, bounds, threads=threads, progress=progress)
+    run = _Run(implicit, bricks, threads, progress, polish)
+    cells = run.cells()
+    foot, normal = run.hermite(cells)
+    vertices = run.vertices(cells, foot, normal, project)
+    return run.mesh(cells, foot, normal, vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Crossed edges, active cells and ambiguous faces (see :mod:`cad_implicit.kernels.crossings`)."""
+
+    edge_words: NDArray[np.uint64]
+    edge_start: NDArray[np.int64]
+    edges: NDArray[np.int64]
+    cell_words: NDArray[np.uint64]
+    cell_start: NDArray[np.int64]
+    cells: NDArray[np.int64]
+    faces: NDArray[np.int64]
+    joined: NDArray[np.bool_]
+    rows: NDArray[np.int32]
+    first: NDArray[np.int32]
+    vertices: int
+    end_values: FloatArray
+    inside_first: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Vertices:
+    """Vertices of the cells, then those that keep doubled mesh edges apart."""
+
+    position: FloatArray
+    rank: NDArray[np.int8]
+    normal: FloatArray
+    quads: NDArray[np.int32]
+    between: NDArray[np.int32]
+
+
+class _Run:
+    """One contouring: the stages share the function, the bricks, the threads and the progress callback."""
+
+    def __init__(
+        self, implicit: Implicit, bricks: Bricks, threads: int | None, progress: Progress, polish: Evaluate | None
+    ) -> None:
+        self.implicit = implicit
+        self.bricks = bricks
+        self.threads = threads
+        self.progress = progress
+        self.polish = polish
+        self.look = polish or implicit.value_and_gradient
+
+    def evaluate(
+        self, points: FloatArray, function: Evaluate, stage: str, done: float = 0.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Values and gradients within the bounds, in batches."""
+        values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
+        for start in range(0, len(points), _BATCH):
+            self.progress(stage, done)
+            part = slice(start, start + _BATCH)
+            values[part], gradients[part] = function(points[part])
+        if self.bricks.cropped:
+            brick_kernels.crop_gradients(points, values, gradients, *self.bricks.box)
+        return values, gradients
+
+    def cells(self) -> _Cells:
+        """Find what the surface crosses, and decide the ambiguous faces by the sign at their centres."""
+        b = self.bricks
+        with parallel.threads(self.threads):
+            signs = crossings.sign_words(b.values)
+            edge_words, cell_words, face_words = crossings.crossing_words(signs, b.neighbours)
+            edge_start, cell_start, face_start = (crossings.starts(w) for w in (edge_words, cell_words, face_words))
+            edges, cells, faces = (
+                crossings.codes(w, s)
+                for w, s in ((edge_words, edge_start), (cell_words, cell_start), (face_words, face_start))
+            )
+            centres = crossings.face_centres(faces, b.blocks, b.origin, b.spacing)
+        if len(edges) == 0:
+            size = " x ".join(f"{x:g}" for x in b.box[1] - b.box[0])
+            raise EmptyResultError(
+                f"no surface was found within {size} mm at a spacing of {b.spacing:g} mm: no node lies inside; "
+                "check the bounds, or use a smaller spacing if the part is thinner than that"
+            )
+        centre_values = self.evaluate(centres, self.implicit.value_and_gradient, "hermite")[0]
+        with parallel.threads(self.threads):
+            joined = crossings.joined_words(faces, centre_values, face_words)
+            rows = crossings.cell_rows(cells, signs, joined, b.neighbours)
+            end_values = crossings.edge_values(edges, b.values, b.neighbours)
+        ends = np.cumsum(LOOPS[rows], dtype=np.int64)
+        first = (ends - LOOPS[rows]).astype(np.int32)
+        return _Cells(
+            edge_words,
+            edge_start,
+            edges,
+            cell_words,
+            cell_start,
+            cells,
+            faces,
+            centre_values > 0,
+            rows,
+            first,
+            int(ends[-1]),
+            end_values,
+            end_values[:, 0] > 0,
+        )
+
+    def hermite(self, cells: _Cells) -> tuple[FloatArray, FloatArray]:
+        """Points of the surface (E, 3) near the crossed edges, and outward unit normals (E, 3) there."""
+        b, code = self.bricks, cells.edges
+        count = len(code)
+        foot, normal = np.zeros((count, 3)), np.zeros((count, 3))
+        values = cells.end_values.copy()
+        bracket = np.repeat([[0.0, 1.0]], count, axis=0)
+        at = self._first_guess(cells, values)
+        pending = np.arange(count)
+        looks = [self.implicit.value_and_gradient] * _ROOT_ROUNDS
+        for number, look in enumerate(looks):
+            with parallel.threads(self.threads):
+                points = crossings.edge_points(code[pending], at[pending], b.blocks, b.origin, b.spacing)
+            f, gradient = self.evaluate(points, look, "hermite", 0.1 + 0.7 * (1 - 0.5**number))
+            with parallel.threads(self.threads):
+                unsettled = hermite.narrow(
+                    pending, code, values, bracket, at, points, f, gradient, b.spacing, _ROOT_TOLERANCE, foot, normal
+                )
+            pending = pending[unsettled]
+            if len(pending) == 0:
+                break
+        if self.polish is not None:
+            f, gradient = self.evaluate(foot, self.polish, "hermite", 0.8)
+            with parallel.threads(self.threads):
+                start = foot.copy()
+                reach = _REACH * b.spacing
+                projection.step_smooth(np.arange(count), start, f, gradient, start, reach, reach, foot, normal)
+        self.progress("hermite", 1.0)
+        return foot, normal
+
+    def _first_guess(self, cells: _Cells, values: FloatArray) -> FloatArray:
+        """Fractions (E,) to start from; ends of which only the sign is known are evaluated first."""
+        b = self.bricks
+        for side in (0, 1):
+            unknown = np.flatnonzero(np.isinf(values[:, side]))
+            if len(unknown):
+                with parallel.threads(self.threads):
+                    at = np.full(len(unknown), float(side))
+                    points = crossings.edge_points(cells.edges[unknown], at, b.blocks, b.origin, b.spacing)
+                f = self.evaluate(points, self.implicit.value_and_gradient, "hermite")[0]
+                right = (f > 0) == (values[unknown, side] > 0)
+                values[unknown[right], side] = f[right]
+        with parallel.threads(self.threads):
+            return np.asarray(hermite.first_guess(values))
+
+    def vertices(self, cells: _Cells, foot: FloatArray, normal: FloatArray, project: bool) -> _Vertices:
+        """Place the vertices of the cells and those on doubled mesh edges."""
+        b = self.bricks
+        self.progress("vertices", 0.0)
+        with parallel.threads(self.threads):
+            position, mass, rank, planes = qef.cell_vertices(
+                cells.cells,
+                cells.rows,
+                cells.first,
+                cells.edge_words,
+                cells.edge_start,
+                b.neighbours,
+                b.blocks,
+                b.origin,
+                b.spacing,
+                foot,
+                normal,
+                cells.vertices,
+            )
+            quads = mesh_kernels.quads(
+                cells.edges,
+                cells.inside_first,
+                cells.cell_words,
+                cells.cell_start,
+                b.neighbours,
+                cells.rows,
+                cells.first,
+            )
+        between, extra = self._split_doubled(cells, quads, foot)
+        position = np.concatenate([position, extra])
+        mass = np.concatenate([mass, extra])
+        rank = np.concatenate([rank, np.ones(len(extra), np.int8)])
+        planes = np.concatenate([planes, np.zeros((len(extra), 3), np.int32)])
+        directions = np.zeros_like(position)
+        if project:
+            self._project_sharp(position, mass, rank, planes, foot, normal)
+            self._project_smooth(position, mass, rank, directions)
+        self.progress("vertices", 1.0)
+        return _Vertices(position, rank, directions, quads, between)
+
+    def _split_doubled(
+        self, cells: _Cells, quads: NDArray[np.int32], foot: FloatArray
+    ) -> tuple[NDArray[np.int32], FloatArray]:
+        """Vertices on doubled mesh edges: their number (E, 4) on each side of each quad or -1, and positions."""
+        pairs, ends = mesh_kernels.doubled_edges(
+            cells.faces,
+            cells.joined,
+            cells.inside_first,
+            cells.edge_words,
+            cells.edge_start,
+            cells.cell_words,
+            cells.cell_start,
+            self.bricks.neighbours,
+            cells.rows,
+            cells.first,
+        )
+        if len(pairs) == 0:
+            return np.zeros((0, 4), np.int32), np.zeros((0, 3))
+        between = np.full((len(quads), 4), -1, np.int32)
+        number = (cells.vertices + np.arange(len(pairs))).astype(np.int32)
+        for column in (0, 1):
+            edge = pairs[:, column]
+            following = np.roll(quads[edge], -1, axis=1)
+            low, high = np.minimum(quads[edge], following), np.maximum(quads[edge], following)
+            here = (low == ends.min(axis=1)[:, None]) & (high == ends.max(axis=1)[:, None])
+            between[edge, here.argmax(axis=1)] = number
+        return between, foot[pairs].mean(axis=1)
+
+    def _project_sharp(
+        self,
+        position: FloatArray,
+        mass: FloatArray,
+        rank: NDArray[np.int8],
+        planes: NDArray[np.int32],
+        foot: FloatArray,
+        normal: FloatArray,
+    ) -> None:
+        """Move sharp vertices onto the crease; those that are not sharp become smooth (rank 1)."""
+        h = self.bricks.spacing
+        start = position.copy()
+        pending = np.flatnonzero(rank > 1)
+        for number, distance in enumerate(_PROBES):
+            if len(pending) == 0:
+                break
+            with parallel.threads(self.threads):
+                probes = projection.probe_points(pending, position, rank, planes, foot, normal, distance * h)
+            used = np.ones((len(pending), 3), np.bool_)
+            used[:, 2] = rank[pending] == 3
+            f, gradient = np.zeros((len(pending), 3)), np.zeros((len(pending), 3, 3))
+            f[used], gradient[used] = self.evaluate(probes[used], self.look, "vertices", 0.1 * number)
+            final = number == len(_PROBES) - 1
+            with parallel.threads(self.threads):
+                outcome = projection.step_sharp(
+                    pending, probes, f, gradient, start, _REACH * h, _SHARP_TOLERANCE * h, final, rank, position
+                )
+            blunt = pending[outcome == 2]
+            rank[blunt], position[blunt] = 1, mass[blunt]
+            pending = pending[outcome == 1]
+
+    def _project_smooth(
+        self, position: FloatArray, mass: FloatArray, rank: NDArray[np.int8], directions: FloatArray
+    ) -> None:
+        """Newton steps onto the surface; ``directions`` gets the normals of the smooth vertices."""
+        h = self.bricks.spacing
+        start = position.copy()
+        pending = np.flatnonzero(rank == 1)
+        for number in range(_SMOOTH_ROUNDS):
+            if len(pending) == 0:
+                break
+            points = position[pending]
+            f, gradient = self.evaluate(points, self.look, "vertices", 0.5 + 0.1 * number)
+            with parallel.threads(self.threads):
+                again = projection.step_smooth(
+                    pending, points, f, gradient, start, _REACH * h, _SMOOTH_TOLERANCE * h, position, directions
+                )
+            pending = pending[again]
+
+    def mesh(self, cells: _Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices) -> Mesh:
+        """Triangles, slivers removed."""
+        self.progress("triangles", 0.0)
+        position, rank, quads = vertices.position, vertices.rank, vertices.quads
+        special = np.flatnonzero((vertices.between >= 0).any(axis=1))
+        plain = np.ones(len(quads), np.bool_)
+        plain[special] = False
+        with parallel.threads(self.threads):
+            faces, facing = mesh_kernels.triangles(quads[plain], normal[plain], vertices.normal, position, rank)
+        if len(special):
+            centres = len(position) + np.arange(len(special))
+            fans, source = mesh_kernels.fans(quads[special], vertices.between[special], centres)
+            position = np.concatenate([position, foot[special]])
+            rank = np.concatenate([rank, np.ones(len(special), np.int8)])
+            faces = np.concatenate([faces, fans])
+            facing = np.concatenate([facing, normal[special][source]])
+        self.progress("triangles", 0.5)
+        kept = slivers.remove_slivers(position, faces, facing, rank, self.bricks.spacing)
+        result = Mesh(*slivers.compact(position, faces[kept]))
+        self.progress("triangles", 1.0)
+        return result

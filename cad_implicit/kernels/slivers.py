@@ -1,0 +1,309 @@
+"""Thin and folded triangles: collapse tiny edges, flip the long edges of flat caps.
+
+Neither changes the topology (link condition), moves a vertex, or shifts the surface by more than a hundredth of
+a spacing. Corners of triangles are kept in a linked list for each vertex: corner ``3 t + c`` is corner c of triangle t.
+"""
+
+import math
+
+import numpy as np
+
+from .jit import jit
+
+#: Sine of 2 degrees: triangles with a smaller angle are slivers.
+_THIN = 0.035
+
+#: Farthest that the surface may shift, in spacings: at smooth vertices, and at sharp ones.
+_SMOOTH_SHIFT = 0.01
+_SHARP_SHIFT = 0.001
+
+_ROUNDS = 4
+
+
+@jit
+def _quality(p, a, b, c, facing):
+    """Sine of the smallest angle; minus one less the cosine for a triangle that faces the wrong way."""
+    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
+    vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
+    wx, wy, wz = vx - ux, vy - uy, vz - uz
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area = math.sqrt(x * x + y * y + z * z)
+    uu, vv, ww = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+    longest = math.sqrt(max(uu * vv, max(vv * ww, ww * uu)))
+    if area == 0 or longest == 0:
+        return 0.0
+    along = x * facing[0] + y * facing[1] + z * facing[2]
+    return area / longest if along > 0 else -1.0 + along / area
+
+
+@jit
+def _height(p, point, a, b, c):
+    """Distance of vertex ``point`` from the plane of a triangle."""
+    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
+    vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area = math.sqrt(x * x + y * y + z * z)
+    if area == 0:
+        return math.inf
+    return abs(x * (p[point, 0] - p[a, 0]) + y * (p[point, 1] - p[a, 1]) + z * (p[point, 2] - p[a, 2])) / area
+
+
+@jit
+def _link(faces, count):
+    """First corner (V,) of each vertex and the next corner (3 F,) of the same vertex, -1 at the end."""
+    head = np.full(count, -1, np.int32)
+    following = np.empty(3 * len(faces), np.int32)
+    for t in range(len(faces) - 1, -1, -1):
+        for c in range(3):
+            v = faces[t, c]
+            following[3 * t + c] = head[v]
+            head[v] = 3 * t + c
+    return head, following
+
+
+@jit
+def _unlink(head, following, vertex, corner):
+    if head[vertex] == corner:
+        head[vertex] = following[corner]
+        return
+    at = head[vertex]
+    while following[at] != corner:
+        at = following[at]
+    following[at] = following[corner]
+
+
+@jit
+def _valence(head, following, vertex):
+    n = 0
+    corner = head[vertex]
+    while corner >= 0:
+        n += 1
+        corner = following[corner]
+    return n
+
+
+@jit
+def _joined(faces, head, following, u, v):
+    """Whether an edge joins two vertices."""
+    corner = head[u]
+    while corner >= 0:
+        t = corner // 3
+        if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
+            return True
+        corner = following[corner]
+    return False
+
+
+@jit
+def _may_merge(faces, head, following, u, v):
+    """Link condition: u and v have exactly the two opposite vertices in common, none of them of valence three."""
+    common = 0
+    corner = head[u]
+    while corner >= 0:
+        t, c = corner // 3, corner % 3
+        # Around a closed vertex each neighbour follows the vertex in exactly one triangle.
+        w = faces[t, (c + 1) % 3]
+        if w != v and _joined(faces, head, following, v, w):
+            common += 1
+            if common > 2 or _valence(head, following, w) < 4:
+                return False
+        corner = following[corner]
+    return common == 2
+
+
+@jit
+def _merge_gain(p, faces, facing, rank, head, following, u, v, spacing):
+    """By how much the worst triangle around u improves if u moves to v; negative if it must not."""
+    if rank[u] > rank[v]:
+        return -1.0
+    allowed = spacing * (_SHARP_SHIFT if rank[u] > 1 else _SMOOTH_SHIFT)
+    before, after = 2.0, 2.0
+    corner = head[u]
+    while corner >= 0:
+        t, c = corner // 3, corner % 3
+        a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+        before = min(before, _quality(p, u, a, b, facing[t]))
+        if a != v and b != v:
+            after = min(after, _quality(p, v, a, b, facing[t]))
+            if after <= 0 or _height(p, u, v, a, b) > allowed:
+                return -1.0
+        corner = following[corner]
+    return after - before
+
+
+@jit
+def _merge(faces, alive, head, following, u, v):
+    """Move u to v, deleting the two triangles between."""
+    corner = head[u]
+    while corner >= 0:
+        after = following[corner]
+        t, c = corner // 3, corner % 3
+        if faces[t, (c + 1) % 3] == v or faces[t, (c + 2) % 3] == v:
+            alive[t] = False
+            for d in range(3):
+                if d != c:
+                    _unlink(head, following, faces[t, d], 3 * t + d)
+        else:
+            faces[t, c] = v
+            following[corner] = head[v]
+            head[v] = corner
+        corner = after
+    head[u] = -1
+
+
+@jit
+def _across(faces, head, following, t, c):
+    """Corner opposite to corner c of triangle t in the triangle on the other side of the edge, or -1."""
+    a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+    corner = head[b]
+    while corner >= 0:
+        s, e = corner // 3, corner % 3
+        if faces[s, (e + 1) % 3] == a:
+            return 3 * s + (e + 2) % 3
+        corner = following[corner]
+    return -1
+
+
+@jit
+def _gap(p, a, b, c, d):
+    """Distance between the lines a b and c d."""
+    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
+    vx, vy, vz = p[d, 0] - p[c, 0], p[d, 1] - p[c, 1], p[d, 2] - p[c, 2]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0:
+        return math.inf
+    return abs(x * (p[c, 0] - p[a, 0]) + y * (p[c, 1] - p[a, 1]) + z * (p[c, 2] - p[a, 2])) / length
+
+
+@jit
+def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
+    """Turn the edge opposite to corner c of triangle t if that helps."""
+    other = _across(faces, head, following, t, c)
+    if other < 0:
+        return False
+    s, e = other // 3, other % 3
+    top, a, b, bottom = faces[t, c], faces[t, (c + 1) % 3], faces[t, (c + 2) % 3], faces[s, e]
+    if top == bottom or _joined(faces, head, following, top, bottom):
+        return False
+    if _valence(head, following, a) < 4 or _valence(head, following, b) < 4:
+        return False
+    allowed = spacing * (_SHARP_SHIFT if rank[a] > 1 and rank[b] > 1 else _SMOOTH_SHIFT)
+    if _gap(p, a, b, top, bottom) > allowed:
+        return False
+    before = min(_quality(p, top, a, b, facing[t]), _quality(p, bottom, b, a, facing[s]))
+    after = min(_quality(p, top, a, bottom, facing[s]), _quality(p, top, bottom, b, facing[s]))
+    if after <= 0 or after <= before:
+        return False
+    _unlink(head, following, b, 3 * t + (c + 2) % 3)
+    _unlink(head, following, a, 3 * s + (e + 2) % 3)
+    faces[t, (c + 2) % 3] = bottom
+    faces[s, (e + 2) % 3] = top
+    for corner, vertex in ((3 * t + (c + 2) % 3, bottom), (3 * s + (e + 2) % 3, top)):
+        following[corner] = head[vertex]
+        head[vertex] = corner
+    facing[t] = facing[s]
+    return True
+
+
+@jit
+def _try_merge(p, faces, facing, rank, alive, head, following, u, v, spacing):
+    """Collapse the edge u v, in the better direction, if that helps."""
+    forth = _merge_gain(p, faces, facing, rank, head, following, u, v, spacing)
+    back = _merge_gain(p, faces, facing, rank, head, following, v, u, spacing)
+    if max(forth, back) <= 0 or not _may_merge(faces, head, following, u, v):
+        return False
+    if forth >= back:
+        _merge(faces, alive, head, following, u, v)
+    else:
+        _merge(faces, alive, head, following, v, u)
+    return True
+
+
+@jit
+def _edge_order(p, faces, t, order):
+    """Corners of triangle t by the length of the opposite edge, shortest first."""
+    lengths = np.empty(3)
+    for c in range(3):
+        a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+        lengths[c] = (p[a, 0] - p[b, 0]) ** 2 + (p[a, 1] - p[b, 1]) ** 2 + (p[a, 2] - p[b, 2]) ** 2
+        order[c] = c
+    for c in range(1, 3):
+        at = c
+        while at > 0 and lengths[order[at]] < lengths[order[at - 1]]:
+            order[at], order[at - 1] = order[at - 1], order[at]
+            at -= 1
+
+
+@jit
+def _mend(p, faces, facing, rank, alive, head, following, t, order, spacing):
+    _edge_order(p, faces, t, order)
+    for q in range(3):
+        c = order[q]
+        u, v = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+        if _try_merge(p, faces, facing, rank, alive, head, following, u, v, spacing):
+            return True
+        if _try_flip(p, faces, facing, rank, head, following, t, order[2 - q], spacing):
+            return True
+    return False
+
+
+@jit
+def remove_slivers(position, faces, facing, rank, spacing):
+    """Mend thin and folded triangles in place; returns which triangles (F,) are left.
+
+    ``facing`` (F, 3) is the direction that each triangle should face; ``rank`` (V,) is above 1 for sharp vertices.
+    """
+    count = len(faces)
+    alive = np.ones(count, np.bool_)
+    bad = np.empty(count, np.int64)
+    n = 0
+    for t in range(count):
+        if _quality(position, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]) < _THIN:
+            bad[n] = t
+            n += 1
+    if n == 0:
+        return alive
+    head, following = _link(faces, len(position))
+    order = np.empty(3, np.int64)
+    for _ in range(_ROUNDS):
+        left = 0
+        mended = False
+        for q in range(n):
+            t = bad[q]
+            if not alive[t]:
+                continue
+            if _quality(position, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]) >= _THIN:
+                continue
+            if _mend(position, faces, facing, rank, alive, head, following, t, order, spacing):
+                mended = True
+            if alive[t]:
+                bad[left] = t
+                left += 1
+        n = left
+        if n == 0 or not mended:
+            break
+    return alive
+
+
+@jit
+def compact(position, faces):
+    """Keep the used vertices (V, 3) in their order, and the faces (F, 3) with their new numbers."""
+    number = np.full(len(position), -1, np.int32)
+    for t in range(len(faces)):
+        for c in range(3):
+            number[faces[t, c]] = 0
+    n = 0
+    for v in range(len(position)):
+        if number[v] == 0:
+            number[v] = n
+            n += 1
+    vertices = np.empty((n, 3))
+    out = np.empty((len(faces), 3), np.int32)
+    for v in range(len(position)):
+        if number[v] >= 0:
+            vertices[number[v]] = position[v]
+    for t in range(len(faces)):
+        for c in range(3):
+            out[t, c] = number[faces[t, c]]
+    return vertices, out

@@ -1,0 +1,218 @@
+"""Sparse sampling: node values of an Implicit in bricks of 8³ nodes around its surface.
+
+Memory grows with the surface, as spacing⁻²; so does time if the Lipschitz constant of the Implicit is known.
+
+What is promised: every node on either side of an edge with a change of sign is held, with the right sign; a node
+where the value is exactly zero counts as outside. Without a Lipschitz constant every node within the bounds is
+evaluated once. What is not: features thinner than the spacing may fall between the nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import parallel
+from .errors import SpacingError
+from .implicit import FloatArray, Implicit
+from .kernels import bricks as kernels
+from .parallel import Progress, no_progress
+
+#: Bricks whose nodes are evaluated together: bounds the array of points to 50 MB.
+_CHUNK_BRICKS = 4096
+
+#: Where the box lies between nodes, in spacings. Faces of parts lie on the box and on round numbers; nodes on a face
+#: would take their sign from rounding errors. Three unlike fractions, none near a simple ratio.
+_NODE_SHIFT = (0.3819, 0.4471, 0.4142)
+
+#: Bricks along an axis that a Morton key can number.
+_MAX_BRICKS = 2**21
+
+#: Relative slack of the pruning, against rounding of values and centres.
+_PRUNE_SLACK = 1 + 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """Values at the nodes of bricks of 8³ nodes, in Morton order.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        Position in mm of node (0, 0, 0) of brick (0, 0, 0).
+    spacing : float
+        Distance between nodes in mm.
+    blocks : (B, 3) int32
+        Integer position of each brick; its first node lies at ``origin + 8 * spacing * blocks``.
+    values : (B, 512) float32
+        Value at node ``64 i + 8 j + k``; infinite where only the sign is known.
+    neighbours : (B, 27) int32
+        Number of the brick at the offset ``13 + 9 dx + 3 dy + dz``, or -1.
+    box : (2, 3) float64
+        All nodes outside this box in mm are negative.
+    cropped : bool
+        Whether the box cut off nodes that the Implicit has inside.
+    """
+
+    origin: FloatArray
+    spacing: float
+    blocks: NDArray[np.int32]
+    values: NDArray[np.float32]
+    neighbours: NDArray[np.int32]
+    box: FloatArray
+    cropped: bool
+
+
+class _Sampler:
+    """Values of an Implicit intersected with a box, at points of a grid."""
+
+    def __init__(
+        self, implicit: Implicit, box: FloatArray, origin: FloatArray, spacing: float, threads: int | None
+    ) -> None:
+        self.implicit = implicit
+        self.box = box
+        self.origin = origin
+        self.spacing = spacing
+        self.threads = threads
+        self.slope = implicit.lipschitz or 1.0
+        self.cropped = False
+
+    def at_blocks(self, bricks: NDArray[np.int32], ids: NDArray[np.int64], size: int) -> FloatArray:
+        """Values (N,) at the centres of the sub-blocks ``ids`` of ``size`` nodes a side."""
+        with parallel.threads(self.threads):
+            points = kernels.block_centres(bricks, ids, size, self.origin, self.spacing)
+        return self(points)
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        values = np.array(self.implicit(points), np.float64)
+        self.cropped |= bool(kernels.crop_values(points, values, self.box[0], self.box[1], self.slope))
+        return values
+
+
+def sample_bricks(
+    implicit: Implicit,
+    spacing: float,
+    bounds: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+) -> Bricks:
+    """Sample an Implicit where its surface may be.
+
+    Blocks are halved from the bounds down to single nodes; a block is dropped if the value at its centre, divided
+    by the Lipschitz constant, is larger than its half diagonal.
+
+    Parameters
+    ----------
+    implicit : Implicit
+        In space.
+    spacing : float
+        Distance between nodes in mm.
+    bounds : (2, 3) array_like, optional
+        Box in mm; whatever sticks out of it is cut off. The bounds of the Implicit and one spacing by default.
+    threads : int, optional
+        Number of threads of the kernels, all cores by default; the result does not depend on it.
+    progress : callable
+        Called as ``progress("sample", fraction)``; may raise to cancel.
+
+    Raises
+    ------
+    SpacingError
+        If the spacing is not positive and finite, or too small for the bounds, or the Implicit is not in space.
+    """
+    box = _box(implicit, spacing, bounds)
+    origin = box[0] - spacing * (1 + np.asarray(_NODE_SHIFT))
+    counts = np.floor(((box[1] - origin) / spacing + 1) / 8).astype(np.int64) + 1
+    if counts.max() > _MAX_BRICKS:
+        need = float((box[1] - box[0]).max()) / (8 * _MAX_BRICKS)
+        raise SpacingError(f"spacing {spacing:g} mm is too small for the bounds; use at least {need:.3g} mm")
+    sampler = _Sampler(implicit, box, origin, float(spacing), threads)
+    if implicit.lipschitz:
+        blocks, values = _by_octree(sampler, counts, implicit.lipschitz, progress)
+    else:
+        blocks, values = _everywhere(sampler, counts, progress)
+    with parallel.threads(threads):
+        neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
+    progress("sample", 1.0)
+    return Bricks(origin, float(spacing), blocks, values, neighbours, box, sampler.cropped)
+
+
+def _box(implicit: Implicit, spacing: float, bounds: ArrayLike | None) -> FloatArray:
+    if not (math.isfinite(spacing) and spacing > 0):
+        raise SpacingError(f"spacing must be positive and finite, not {spacing}")
+    if implicit.dim != 3:
+        raise SpacingError(f"bricks sample shapes in space, not in {implicit.dim}-D")
+    if bounds is None:
+        return np.asarray(implicit.bounds, np.float64) + spacing * np.array([[-1.0], [1.0]])
+    box = np.array(bounds, np.float64)
+    if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[1] > box[0]).all():
+        raise SpacingError(f"bounds must be a lower and a higher corner (2, 3) in mm, not {bounds!r}")
+    return box
+
+
+def _descend(
+    counts: NDArray[np.int64], keep: Callable[[NDArray[np.int32], int], NDArray[np.int32]]
+) -> NDArray[np.int32]:
+    """Bricks in Morton order, halving from one block; ``keep`` filters the blocks of each level by their side."""
+    size = 1 << int(counts.max() - 1).bit_length()
+    blocks = np.zeros((1, 3), np.int32)
+    blocks = keep(blocks, size)
+    while size > 1:
+        size //= 2
+        blocks = keep(kernels.split(blocks, -(-counts // size)), size)
+    return blocks
+
+
+def _by_octree(
+    sampler: _Sampler, counts: NDArray[np.int64], lipschitz: float, progress: Progress
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    limit = lipschitz * sampler.spacing * math.sqrt(3) * _PRUNE_SLACK
+
+    def keep(blocks: NDArray[np.int32], size: int) -> NDArray[np.int32]:
+        # One node beyond the block on each side: both ends of an edge that crosses the border stay.
+        chosen = np.zeros(len(blocks), np.bool_)
+        step = 512 * _CHUNK_BRICKS
+        for start in range(0, len(blocks), step):
+            progress("sample", 0.0)
+            part = blocks[start : start + step]
+            centres = sampler.origin + sampler.spacing * (8 * size * (part + 0.5) - 0.5)
+            chosen[start : start + step] = np.abs(sampler(centres)) <= limit * (8 * size + 1) / 2
+        return blocks[chosen]
+
+    blocks = _descend(counts, keep)
+    values = np.zeros((len(blocks), kernels.NODES), np.float32)
+    for start in range(0, len(blocks), _CHUNK_BRICKS):
+        progress("sample", start / len(blocks))
+        part, out = blocks[start : start + _CHUNK_BRICKS], values[start : start + _CHUNK_BRICKS]
+        ids = np.arange(8 * len(part))
+        for size in (4, 2):
+            centre_values = sampler.at_blocks(part, ids, size)
+            ids = kernels.prune(centre_values, ids, size, limit * (size - 1) / 2, out)
+        kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
+    return blocks, values
+
+
+def _everywhere(
+    sampler: _Sampler, counts: NDArray[np.int64], progress: Progress
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    blocks = _descend(counts, lambda blocks, size: blocks)
+    state = np.zeros(len(blocks), np.int8)
+    mixed: list[NDArray[np.float32]] = []
+    for start in range(0, len(blocks), _CHUNK_BRICKS):
+        progress("sample", start / len(blocks))
+        part = blocks[start : start + _CHUNK_BRICKS]
+        ids = np.arange(kernels.NODES * len(part))
+        out = np.zeros((len(part), kernels.NODES), np.float32)
+        kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
+        state[start : start + _CHUNK_BRICKS] = kernels.sign_states(out)
+        mixed.append(out[state[start : start + _CHUNK_BRICKS] == 0])
+    with parallel.threads(sampler.threads):
+        needed = kernels.blocks_beside_others(blocks, kernels.morton_keys(blocks), state)
+    signs = np.where(state[needed] > 0, kernels.SIGN_ONLY, -kernels.SIGN_ONLY)
+    values = np.repeat(signs[:, None], kernels.NODES, axis=1)
+    values[state[needed] == 0] = np.concatenate(mixed)
+    return blocks[needed], values

@@ -99,6 +99,7 @@ def _normalized(field: Field, *, rvachev: bool, limit: float) -> Field:
     """Run the kernel on a planar or spatial field."""
     values = as_spatial(field.values)
     out = np.zeros_like(values)
+    scale = 1 / max(float(values.max()), -float(values.min()), np.finfo(np.float64).tiny)
     with parallel.threads():
-        _kernel.normalize(values, out, inverse_spacing(field.grid), rvachev, limit)
+        _kernel.normalize(values, out, scale, inverse_spacing(field.grid), rvachev, limit)
     return Field(field.grid, out.reshape(field.grid.shape), field.bounds)

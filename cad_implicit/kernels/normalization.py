@@ -11,48 +11,43 @@ from .jit import jit, parallel_jit
 
 
 @jit
-def _slope(before, after, steps, inverse):
-    """Difference quotient over 0, 1 or 2 spacings; zero along an axis of one node."""
-    if steps == 0:
-        return 0.0
-    return (np.float64(after) - np.float64(before)) * inverse / steps
+def neighbours(index, count, inverse):
+    """Return indices before and after a node, itself at the border, and the factor that makes their difference a slope."""
+    before, after = max(index - 1, 0), min(index + 1, count - 1)
+    return before, after, inverse / max(after - before, 1)
 
 
 @jit
-def gradient_length(f, i, j, k, inverse):
-    """Length of the gradient at a node by central differences, one-sided at the border; no overflow on the way."""
-    n0, n1, n2 = f.shape
-    i0, i1, j0, j1, k0, k1 = (
-        max(i - 1, 0),
-        min(i + 1, n0 - 1),
-        max(j - 1, 0),
-        min(j + 1, n1 - 1),
-        max(k - 1, 0),
-        min(k + 1, n2 - 1),
-    )
-    x = _slope(f[i0, j, k], f[i1, j, k], i1 - i0, inverse[0])
-    y = _slope(f[i, j0, k], f[i, j1, k], j1 - j0, inverse[1])
-    z = _slope(f[i, j, k0], f[i, j, k1], k1 - k0, inverse[2])
-    return math.hypot(math.hypot(x, y), z)
+def _first_order(value, x, y, z, rvachev, limit):
+    """Normalize a value by its gradient x, y, z."""
+    square = x * x + y * y + z * z + (value * value if rvachev else 0.0)
+    length = math.sqrt(square)
+    capped = limit if value > 0 else (-limit if value < 0 else 0.0)
+    return value / length if abs(value) < limit * length else capped
 
 
 @parallel_jit
-def normalize(f, out, inverse, rvachev, limit):
-    """Write f / sqrt(f² + |∇f|²), or f / |∇f| unless ``rvachev``, into ``out``; at most ``limit`` in absolute value."""
+def normalize(f, out, scale, inverse, rvachev, limit):
+    """Write f / sqrt(f² + |∇f|²), or f / |∇f| unless ``rvachev``, into ``out``; at most ``limit`` in absolute value.
+
+    ``f`` is multiplied by ``scale`` on the way, which changes nothing but keeps its square from overflowing.
+    """
     n0, n1, n2 = f.shape
     for line in prange(n0 * n1):
         i = line // n1
         j = line - i * n1
-        for k in range(n2):
-            value = np.float64(f[i, j, k])
-            length = gradient_length(f, i, j, k, inverse)
-            if rvachev:
-                length = math.hypot(length, value)
-            if abs(value) < limit * length:
-                out[i, j, k] = value / length
-            elif value > 0:
-                out[i, j, k] = limit
-            elif value < 0:
-                out[i, j, k] = -limit
-            else:
-                out[i, j, k] = 0
+        a, b, width0 = neighbours(i, n0, inverse[0] * scale)
+        c, d, width1 = neighbours(j, n1, inverse[1] * scale)
+        here, before0, after0, before1, after1 = f[i, j], f[a, j], f[b, j], f[i, c], f[i, d]
+        width2 = inverse[2] * scale / 2
+        for k in range(1, n2 - 1):
+            x = (np.float64(after0[k]) - np.float64(before0[k])) * width0
+            y = (np.float64(after1[k]) - np.float64(before1[k])) * width1
+            z = (np.float64(here[k + 1]) - np.float64(here[k - 1])) * width2
+            out[i, j, k] = _first_order(here[k] * scale, x, y, z, rvachev, limit)
+        for k in (0, n2 - 1):
+            x = (np.float64(after0[k]) - np.float64(before0[k])) * width0
+            y = (np.float64(after1[k]) - np.float64(before1[k])) * width1
+            e, g, width = neighbours(k, n2, inverse[2] * scale)
+            z = (np.float64(here[g]) - np.float64(here[e])) * width
+            out[i, j, k] = _first_order(here[k] * scale, x, y, z, rvachev, limit)

@@ -16,18 +16,19 @@ from .jit import jit, parallel_jit
 
 
 @jit
-def _advance(center, a, b, c, d, e, f, rate, weight0, weight1, weight2):
+def _advance(center, a, b, c, d, e, f, rate, one, weight0, weight1, weight2):
     """Value of a node after one step of (3.6), from its neighbours a b, c d, e f along the three axes.
 
     With s = +1 or -1, the Godunov Hamiltonian (3.7) takes from each axis the larger of the differences
-    ``s (center - neighbour)``, and nothing if both are negative.
+    ``s (center - neighbour)``, and nothing if both are negative. ``one`` is 1 in the type of the values: a literal
+    would turn float32 into float64, which halves the speed.
     """
-    zero = rate - rate
-    sign = zero + 1 if rate >= zero else zero - 1
+    zero = one - one
+    sign = one if rate >= zero else -one
     x = max(max(sign * (center - a), sign * (center - b)), zero)
     y = max(max(sign * (center - c), sign * (center - d)), zero)
     z = max(max(sign * (center - e), sign * (center - f)), zero)
-    return center - rate * (math.sqrt(x * x * weight0 + y * y * weight1 + z * z * weight2) - (zero + 1))
+    return center - rate * (math.sqrt(x * x * weight0 + y * y * weight1 + z * z * weight2) - one)
 
 
 @parallel_jit
@@ -39,16 +40,15 @@ def rates(values, out, time_step, epsilon):
         j = line - i * n1
         for k in range(n2):
             value = np.float64(values[i, j, k])
-            if value != 0:
-                out[i, j, k] = time_step * value / math.hypot(value, epsilon)
-            else:
-                out[i, j, k] = 0
+            length = math.sqrt(value * value + epsilon * epsilon)
+            out[i, j, k] = time_step * value / length if length > 0 else 0.0
 
 
 @parallel_jit
 def step(old, new, rate, weight0, weight1, weight2):
     """Write into ``new`` the values of ``old`` after one forward Euler step."""
     n0, n1, n2 = old.shape
+    one = old.dtype.type(1)
     for line in prange(n0 * n1):
         i = line // n1
         j = line - i * n1
@@ -61,17 +61,18 @@ def step(old, new, rate, weight0, weight1, weight2):
         out = new[i, j]
         for k in range(1, n2 - 1):
             out[k] = _advance(
-                here[k], a[k], b[k], c[k], d[k], here[k - 1], here[k + 1], speed[k], weight0, weight1, weight2
+                here[k], a[k], b[k], c[k], d[k], here[k - 1], here[k + 1], speed[k], one, weight0, weight1, weight2
             )
         for k in (0, n2 - 1):
             below, above = here[max(k - 1, 0)], here[min(k + 1, n2 - 1)]
-            out[k] = _advance(here[k], a[k], b[k], c[k], d[k], below, above, speed[k], weight0, weight1, weight2)
+            out[k] = _advance(here[k], a[k], b[k], c[k], d[k], below, above, speed[k], one, weight0, weight1, weight2)
 
 
 @jit
 def sweep(values, rate, weight0, weight1, weight2, order):
     """One Gauss-Seidel step: forward Euler in place, along the axes in the directions of the bits of ``order``."""
     n0, n1, n2 = values.shape
+    one = values.dtype.type(1)
     for row in range(n0):
         i = n0 - 1 - row if order & 1 else row
         for column in range(n1):
@@ -85,4 +86,6 @@ def sweep(values, rate, weight0, weight1, weight2, order):
             for node in range(n2):
                 k = n2 - 1 - node if order & 4 else node
                 below, above = here[max(k - 1, 0)], here[min(k + 1, n2 - 1)]
-                here[k] = _advance(here[k], a[k], b[k], c[k], d[k], below, above, speed[k], weight0, weight1, weight2)
+                here[k] = _advance(
+                    here[k], a[k], b[k], c[k], d[k], below, above, speed[k], one, weight0, weight1, weight2
+                )

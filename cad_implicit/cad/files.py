@@ -1,13 +1,19 @@
-"""Mesh files in, through trimesh; and the suffixes that are read and written."""
+"""Files: which suffixes are read and written, what is checked before any work, mesh files in and out."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
+from shutil import copymode
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from cad_implicit.errors import FileFormatError, InvalidMeshError
+from cad_implicit.errors import FileFormatError, InvalidMeshError, MissingHostError
 from cad_implicit.mesh import Mesh
 
 from .weld import welded
@@ -19,11 +25,17 @@ FIELD_EXTENSIONS = (".npz", ".vti", ".nrrd")
 INPUT_EXTENSIONS = BREP_EXTENSIONS + MESH_EXTENSIONS
 #: Suffixes that :func:`cad_implicit.cad.save` writes for a Mesh.
 PART_EXTENSIONS = MESH_EXTENSIONS + BREP_EXTENSIONS
+#: All suffixes that :func:`cad_implicit.cad.save` writes.
+OUTPUT_EXTENSIONS = PART_EXTENSIONS + FIELD_EXTENSIONS
+
+#: What to do where a B-rep is met and there is no OCP.
+INSTALL_HOST = 'pip install "cad_implicit[cadquery]" or pip install "cad_implicit[build123d]"'
 
 #: Units that a 3MF file may name, in mm.
 _UNITS = {
     "micron": 1e-3,
     "millimeter": 1.0,
+    "millimeters": 1.0,  # trimesh, where the file names none
     "centimeter": 10.0,
     "inch": 25.4,
     "foot": 304.8,
@@ -68,6 +80,67 @@ def readable(path: str | Path) -> Path:
     if empty:
         raise FileFormatError(f"{path} is empty (0 bytes); export it again")
     return path
+
+
+def check_output(path: str | Path, allowed: tuple[str, ...] = OUTPUT_EXTENSIONS) -> Path:
+    """Return the path if a file can be written there: to be asked before any work.
+
+    Raises
+    ------
+    FileFormatError
+        If the suffix is not among the allowed ones, or the folder does not exist or cannot be written to.
+    MissingHostError
+        If a B-rep is to be written and neither host is installed.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileFormatError(f"{path} is a folder; give the name of a file")
+    check_suffix(path, allowed)
+    folder = path.parent
+    if not folder.is_dir():
+        raise FileFormatError(f"{path} cannot be written: there is no folder {folder}; make it first")
+    if not os.access(folder, os.W_OK):
+        raise FileFormatError(f"{path} cannot be written: the folder {folder} is read-only; choose another")
+    if path.suffix.lower() in BREP_EXTENSIONS and find_spec("OCP") is None:
+        raise MissingHostError(f"writing {path.suffix} needs OCP, which comes with either host: {INSTALL_HOST}")
+    return path
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a path beside the target to write to; move it there on success, remove it on any failure.
+
+    Raises
+    ------
+    FileFormatError
+        If the operating system refuses.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        with TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent) as folder:
+            beside = Path(folder, target.name)
+            yield beside
+            if target.exists():
+                copymode(target, beside)
+            os.replace(beside, target)
+    except OSError as error:
+        raise FileFormatError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def write_mesh(mesh: Mesh, path: Path, kind: str) -> None:
+    """Write .stl (binary), .3mf, .obj or .ply, in mm; ``kind`` is the suffix in lower case.
+
+    STL and PLY hold float32.
+    """
+    import trimesh
+
+    body = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False, validate=False)
+    name = str(mesh.source.get("name", "part"))
+    with path.open("wb") as file:
+        if kind == ".3mf":
+            trimesh.Scene({name: body}).export(file, file_type="3mf")
+        else:
+            body.export(file, file_type=kind[1:])
 
 
 def read_mesh(path: Path) -> Mesh:

@@ -15,6 +15,7 @@ import numpy as np
 from cad_implicit.errors import MissingHostError, NoSolidError
 from cad_implicit.mesh import FloatArray
 
+from .files import INSTALL_HOST
 from .weld import groups
 
 try:
@@ -32,7 +33,7 @@ try:
 except ImportError as error:
     raise MissingHostError(
         f"B-rep parts (STEP, BREP, CadQuery, build123d) need OCP, and it cannot be imported ({error}); it comes with "
-        'either host: pip install "cad_implicit[cadquery]" or pip install "cad_implicit[build123d]"'
+        f"either host: {INSTALL_HOST}"
     ) from error
 try:  # OCP 7.9
     from OCP.TopTools import TopTools_IndexedMapOfShape as _IndexedMap

@@ -42,9 +42,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .cad import save as save
     from .cad import to_mesh as to_mesh
-    from .compare import compare as compare
-    from .contour import contour as contour
-    from .contour import contour_curves as contour_curves
+    from .comparison import compare as compare
+    from .contouring import contour as contour
+    from .contouring import contour_curves as contour_curves
     from .distance import MeshDistance as MeshDistance
     from .field import Field as Field
     from .field import sample as sample
@@ -71,9 +71,9 @@ _HOMES = {
     "Implicit": "implicit",
     "Mesh": "mesh",
     "MeshDistance": "distance",
-    "compare": "compare",
-    "contour": "contour",
-    "contour_curves": "contour",
+    "compare": "comparison",
+    "contour": "contouring",
+    "contour_curves": "contouring",
     "fillet": "ops",
     "normalize": "rfunctions",
     "offset": "ops",

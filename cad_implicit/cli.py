@@ -156,7 +156,7 @@ def compare(
     """Measure the two-sided distance and the difference of volume between two parts or meshes."""
     with _errors():
         from .cad import to_mesh
-        from .compare import compare as measure
+        from .comparison import compare as measure
 
         result = measure(to_mesh(first), to_mesh(second), threads=threads)
         _show({"a": str(first), "b": str(second), **result.as_dict()}, json)

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import ops, sizing
-from .cad import open_part, to_mesh
-from .contour import contour
+from .cad import open_part
+from .contouring import contour
 from .distance import MeshDistance
 from .errors import GeometryWarning, RefusedError
 from .implicit import Implicit
@@ -132,7 +132,7 @@ def run(
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
         h = sizing.choose_spacing(bounds, abs(amount), spacing=spacing, tolerance=tolerance, margin=margin)
         with clock.stage("mesh"):
-            before = to_mesh(opened, tolerance=TESSELLATION_PER_SPACING * h).require_closed()
+            before = opened.mesh(TESSELLATION_PER_SPACING * h).require_closed()
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function = ops.offset if operation == "offset" else ops.BLENDS[operation]

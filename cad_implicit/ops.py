@@ -15,7 +15,7 @@ import numpy as np
 
 from . import reinit, sizing
 from .cad import to_mesh
-from .contour import contour
+from .contouring import contour
 from .distance import MeshDistance
 from .errors import EmptyResultError, GeometryWarning
 from .field import Field

@@ -20,10 +20,6 @@ from .implicit import Implicit
 from .parallel import Progress, no_progress
 from .redistance import redistance
 
-#: Distances are carried this many spacings further than the radius, so that both nodes of each grid edge that the
-#: next level set crosses, and their neighbours, are right.
-_REACH = 2.0
-
 #: Nodes kept free around everything that an operation builds.
 MARGIN = 4.0
 
@@ -41,6 +37,9 @@ def distance_field(
     progress: Progress = no_progress,
 ) -> Field:
     """Distance to the surface of any Implicit on a grid, right up to ``reach`` mm from it (sections 3.1 and 3.2).
+
+    Iterations are ``ceil(reach / time step)``, as in the paper. More would make fillets worse, not better: on an
+    L-profile off the axes with r = 10 h, 4 h further gives an error of 0.90 h in place of 0.60 h.
 
     A mesh is rasterised exactly in a narrow band; a function is sampled and normalized (3.1); both are then
     carried outward by re-distancing.
@@ -112,9 +111,8 @@ def _bounded(field: Field, like: Field) -> Field:
 
 
 def _distance(start: Field, reach: float, threads: int | None, progress: Progress) -> Field:
-    distance = reach + _REACH * max(start.grid.spacing)
     normalization: Literal["rvachev"] | None = None if start.lipschitz == 1.0 else "rvachev"
     field = redistance(
-        start, distance=distance, normalization=normalization, threads=threads, progress=progress
+        start, distance=reach, normalization=normalization, threads=threads, progress=progress
     )
     return Field(field.grid, field.values, start.bounds, lipschitz=1.0)

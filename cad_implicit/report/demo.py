@@ -8,7 +8,7 @@ from typing import Any
 
 from ..cad import open_part, save, to_mesh
 from ..cad.occ_fillet import exact_fillet
-from ..compare import compare
+from ..comparison import compare
 from ..errors import CadImplicitError
 from ..job import Outcome, run
 from ..parallel import Progress

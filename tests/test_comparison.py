@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad_implicit.compare import compare, surface_samples
+from cad_implicit.comparison import compare, surface_samples
 from cad_implicit.mesh import Mesh
 
 ROTATION = trimesh.transformations.rotation_matrix(0.9, [1, 3, -0.5])

@@ -132,3 +132,59 @@ def _corner_normals(corners, faces, flat, first, around, normals, doubtful):
                     _store_unit(normals, t, CORNER + c, x, y, z)
                     if unsure:
                         doubtful[t] |= np.uint8(1 << (CORNER + c))
+
+
+@jit
+def smooth_normals(vertices, faces, triangles, points, crease):
+    """Outward unit normals at points of triangles, interpolated between corners as on a curved face.
+
+    At a corner the normals of all triangles around it are averaged that differ from the point's triangle by less
+    than the angle of cosine ``crease``. Zero where the triangle has no area.
+    """
+    first, around = _faces_of_vertices(faces, len(vertices))
+    corners = vertices[faces.ravel()].reshape(len(faces), 9)
+    face = np.zeros((len(faces), 1, 3))
+    _face_normals(corners, face)
+    out = np.zeros((len(points), 3))
+    for q in range(len(points)):
+        t = triangles[q]
+        n = face[t, 0]
+        weight = _barycentric(corners[t], n, points[q])
+        for c in range(3):
+            x, y, z = 0.0, 0.0, 0.0
+            v = faces[t, c]
+            for other in around[first[v] : first[v + 1]]:
+                m = face[other, 0]
+                if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] > crease:
+                    for d in range(3):
+                        if faces[other, d] == v:
+                            angle = _angle(corners, other, d)
+                            x += angle * m[0]
+                            y += angle * m[1]
+                            z += angle * m[2]
+            length = math.sqrt(x * x + y * y + z * z)
+            if length > 0.0:
+                out[q, 0] += weight[c] * x / length
+                out[q, 1] += weight[c] * y / length
+                out[q, 2] += weight[c] * z / length
+        length = math.sqrt((out[q] ** 2).sum())
+        if length > 0.0:
+            out[q] /= length
+    return out
+
+
+@jit
+def _barycentric(corner, n, point):
+    """Barycentric coordinates (3,) of a point of a triangle with unit normal n."""
+    weight = np.zeros(3)
+    total = 0.0
+    for c in range(3):
+        b, d = 3 * ((c + 1) % 3), 3 * ((c + 2) % 3)
+        ux, uy, uz = corner[b] - point[0], corner[b + 1] - point[1], corner[b + 2] - point[2]
+        vx, vy, vz = corner[d] - point[0], corner[d + 1] - point[1], corner[d + 2] - point[2]
+        weight[c] = (uy * vz - uz * vy) * n[0] + (uz * vx - ux * vz) * n[1] + (ux * vy - uy * vx) * n[2]
+        total += weight[c]
+    if total != 0.0:
+        for c in range(3):
+            weight[c] /= total
+    return weight

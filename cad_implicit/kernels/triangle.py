@@ -16,6 +16,9 @@ FACE, EDGE, CORNER = 0, 1, 4
 #: the direction of its normal.
 FLAT = 1e-10
 
+#: Squared height over longest edge below which the determinant that gives the area cancels too much (10 digits left).
+_THIN = 1e-6
+
 
 @jit
 def closest_on_segment(ax, ay, az, bx, by, bz, px, py, pz):
@@ -33,8 +36,21 @@ def closest_on_segment(ax, ay, az, bx, by, bz, px, py, pz):
 
 
 @jit
-def closest_on_flat(corners, t, px, py, pz):
-    """Do the same as :func:`closest_on_triangle` for a triangle without area: the nearest of its three edges."""
+def closest_on_thin(corners, t, px, py, pz):
+    """Do the same as :func:`closest_on_triangle` for a thin or flat triangle: the face, or the nearest edge."""
+    ax, ay, az = corners[t, 0], corners[t, 1], corners[t, 2]
+    ux, uy, uz = corners[t, 3] - ax, corners[t, 4] - ay, corners[t, 5] - az
+    vx, vy, vz = corners[t, 6] - ax, corners[t, 7] - ay, corners[t, 8] - az
+    wx, wy, wz = px - ax, py - ay, pz - az
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area2 = nx * nx + ny * ny + nz * nz
+    longest2 = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
+    if area2 > FLAT * FLAT * longest2 * longest2:
+        s = (nx * (wy * vz - wz * vy) + ny * (wz * vx - wx * vz) + nz * (wx * vy - wy * vx)) / area2
+        r = (nx * (uy * wz - uz * wy) + ny * (uz * wx - ux * wz) + nz * (ux * wy - uy * wx)) / area2
+        if s > 0.0 and r > 0.0 and s + r < 1.0:
+            x, y, z = ax + s * ux + r * vx, ay + s * uy + r * vy, az + s * uz + r * vz
+            return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, FACE
     best, x, y, z, feature = math.inf, px, py, pz, EDGE
     for edge in range(3):
         a, b = 3 * edge, 3 * ((edge + 1) % 3)
@@ -70,8 +86,8 @@ def closest_on_triangle(corners, t, px, py, pz):
         return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, CORNER + 2
     area2 = uu * vv - uv * uv
     longest2 = max(uu, vv)
-    if not area2 > FLAT * FLAT * longest2 * longest2:
-        return closest_on_flat(corners, t, px, py, pz)
+    if not area2 > _THIN * longest2 * longest2:
+        return closest_on_thin(corners, t, px, py, pz)
     # barycentric coordinates, times area2
     beta, gamma = wu * vv - wv * uv, wv * uu - wu * uv
     alpha = area2 - beta - gamma

@@ -140,8 +140,8 @@ def run(
         with clock.stage("contour"):
             mesh = contour(result)  # type: ignore[arg-type]
         with clock.stage("check"):
-            notes = _changes(operation, amount, before, mesh, force=force)
-    notes = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)] + notes
+            thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
+            notes = thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
@@ -149,8 +149,11 @@ def run(
     return Outcome(operation, float(amount), "reinit", result, mesh, before, h, bound, clock.seconds, notes)
 
 
-def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, force: bool) -> list[str]:
-    """What was lost or joined, in words; refuses the loss of most of the part."""
+def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:
+    """What was lost or joined, in words; refuses the loss of most of the part.
+
+    ``told`` says that a warning was given already, and the change of volume belongs to it.
+    """
     notes = []
     lost = before.components - after.components
     change = after.volume - before.volume
@@ -163,6 +166,8 @@ def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, force:
         if not force:
             raise RefusedError(f"{message}; use a smaller radius, or --force")
         notes.append(message)
+    elif told:
+        notes.append(f"the volume changed by {change:+.6g} mm³ ({change / before.volume:+.2%})")
     if removes and lost > 0:
         notes.append(
             f"{lost} of {before.components} separate pieces vanished, with them {-change:.6g} mm³ "

@@ -86,7 +86,8 @@ def redistance(
         Hold the nodes next to the surface at their normalized distance (``upwind``), or end differences at the
         surface (``eno2``, ``weno5``), so that the surface stays where it is.
     epsilon : float, optional
-        Of the smoothed sign (3.5), in mm; by default a tenth of the smallest spacing.
+        Of the smoothed sign (3.5) of the start, in mm; by default a tenth of the smallest spacing. Without
+        normalization, a start much flatter than a distance slows the iteration unless it is 0.
     cfl : float
         Time step relative to the smallest spacing.
     threads : int, optional
@@ -136,7 +137,7 @@ def redistance(
 
     start = field
     if normalization is not None:
-        start = normalize(field) if normalization == "rvachev" else taubin(field)
+        start = (normalize if normalization == "rvachev" else taubin)(field, threads=threads)
     values = np.clip(as_spatial(start.values), -limit, limit)
     smallest = min(field.grid.spacing)
     time_step = cfl * smallest
@@ -163,7 +164,7 @@ def _result(field: Field, values: _Array) -> Field:
 def _first_order(
     f: _Array, values: _Array, grid: Grid, time_step: float, epsilon: float, subcell: bool
 ) -> tuple[_Step, _Sweep]:
-    """Set up the steps of the paper's scheme; with ``subcell``, ``values`` get the distances of the nodes that are held."""
+    """Set up the paper's steps; with ``subcell``, ``values`` get the distances of the nodes that are held."""
     rate = np.zeros_like(values)
     _upwind.rates(values, rate, time_step, epsilon)
     if subcell:

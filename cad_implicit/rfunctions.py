@@ -17,7 +17,7 @@ from .grid import Grid
 from .kernels import normalization as _kernel
 
 
-def normalize(field: Field) -> Field:
+def normalize(field: Field, *, threads: int | None = None) -> Field:
     r"""First-order normalization after Rvachev, :math:`f / \sqrt{f^2 + |\nabla f|^2}`.
 
     Near the surface the result is the distance in mm, up to terms of second order. Away from it the result saturates
@@ -29,6 +29,8 @@ def normalize(field: Field) -> Field:
     ----------
     field : Field
         Values of f, positive inside; planar or spatial, any spacing.
+    threads : int, optional
+        All cores by default.
 
     Returns
     -------
@@ -48,10 +50,10 @@ def normalize(field: Field) -> Field:
     >>> normalize(plane).values[:, 0].round(3)
     array([-0.196, -0.1  ,  0.   ,  0.1  ,  0.196])
     """
-    return _normalized(field, rvachev=True, limit=1.0)
+    return _normalized(field, rvachev=True, limit=1.0, threads=threads)
 
 
-def taubin(field: Field) -> Field:
+def taubin(field: Field, *, threads: int | None = None) -> Field:
     r"""First-order approximation of the distance after Taubin, :math:`f / |\nabla f|`.
 
     Near the surface the result is the distance in mm, up to terms of second order, in any unit of f.
@@ -60,6 +62,8 @@ def taubin(field: Field) -> Field:
     ----------
     field : Field
         Values of f, positive inside; planar or spatial, any spacing.
+    threads : int, optional
+        All cores by default.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def taubin(field: Field) -> Field:
     Equation (3.2) of the paper; G. Taubin, "Distance approximations for rasterizing implicit curves", ACM
     Transactions on Graphics 13 (1994), doi:10.1145/174462.174531.
     """
-    return _normalized(field, rvachev=False, limit=diagonal(field.grid))
+    return _normalized(field, rvachev=False, limit=diagonal(field.grid), threads=threads)
 
 
 def diagonal(grid: Grid) -> float:
@@ -95,11 +99,11 @@ def inverse_spacing(grid: Grid) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _normalized(field: Field, *, rvachev: bool, limit: float) -> Field:
+def _normalized(field: Field, *, rvachev: bool, limit: float, threads: int | None) -> Field:
     """Run the kernel on a planar or spatial field."""
     values = as_spatial(field.values)
     out = np.zeros_like(values)
     scale = 1 / max(float(values.max()), -float(values.min()), np.finfo(np.float64).tiny)
-    with parallel.threads():
+    with parallel.threads(threads):
         _kernel.normalize(values, out, scale, inverse_spacing(field.grid), rvachev, limit)
     return Field(field.grid, out.reshape(field.grid.shape), field.bounds)

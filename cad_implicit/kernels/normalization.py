@@ -12,7 +12,7 @@ from .jit import jit, parallel_jit
 
 @jit
 def neighbours(index, count, inverse):
-    """Return indices before and after a node, itself at the border, and the factor that makes their difference a slope."""
+    """Return the indices before and after a node, and the factor that makes their difference a slope."""
     before, after = max(index - 1, 0), min(index + 1, count - 1)
     return before, after, inverse / max(after - before, 1)
 
@@ -44,10 +44,10 @@ def normalize(f, out, scale, inverse, rvachev, limit):
             x = (np.float64(after0[k]) - np.float64(before0[k])) * width0
             y = (np.float64(after1[k]) - np.float64(before1[k])) * width1
             z = (np.float64(here[k + 1]) - np.float64(here[k - 1])) * width2
-            out[i, j, k] = _first_order(here[k] * scale, x, y, z, rvachev, limit)
+            out[i, j, k] = _first_order(np.float64(here[k]) * scale, x, y, z, rvachev, limit)
         for k in (0, n2 - 1):
             x = (np.float64(after0[k]) - np.float64(before0[k])) * width0
             y = (np.float64(after1[k]) - np.float64(before1[k])) * width1
             e, g, width = neighbours(k, n2, inverse[2] * scale)
             z = (np.float64(here[g]) - np.float64(here[e])) * width
-            out[i, j, k] = _first_order(here[k] * scale, x, y, z, rvachev, limit)
+            out[i, j, k] = _first_order(np.float64(here[k]) * scale, x, y, z, rvachev, limit)

@@ -20,7 +20,7 @@ _EVEN = 0.2
 @jit
 def sign(value):
     """-1, 0 or 1."""
-    return (value > 0) - (value < 0)
+    return int(value > 0) - int(value < 0)
 
 
 @parallel_jit

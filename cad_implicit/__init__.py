@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from .ops import offset as offset
     from .ops import round as round
     from .ops import smooth as smooth
-    from .redistance import redistance as redistance
+    from .redistancing import redistance as redistance
     from .rfunctions import normalize as normalize
     from .rfunctions import taubin as taubin
 
@@ -77,7 +77,7 @@ _HOMES = {
     "fillet": "ops",
     "normalize": "rfunctions",
     "offset": "ops",
-    "redistance": "redistance",
+    "redistance": "redistancing",
     "round": "ops",
     "run": "job",
     "sample": "field",

@@ -21,6 +21,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 Input = Annotated[Path, typer.Argument(metavar="IN", help="Part: .step .stp .brep .stl .3mf .obj .ply")]
@@ -217,7 +219,7 @@ def _work(
             progress=progress,
         )
         progress("write", 0.0)
-        save(outcome.result if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
+        save(outcome.field if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
         progress("write", 1.0)
     if json:
         _show({"output": str(output), **outcome.as_dict(), "input": str(part)}, json)

@@ -20,7 +20,9 @@ _NODE_CLEARANCE = 1e-4
 
 
 def contour(field: Field) -> Mesh:
-    """Zero level of a field as a closed mesh, by marching cubes (Lewiner et al. 2003, DOI 10.1080/10867651.2003.10487582).
+    """Zero level of a field as a closed mesh, by marching cubes.
+
+    Lewiner et al. 2003, DOI 10.1080/10867651.2003.10487582.
 
     Parameters
     ----------

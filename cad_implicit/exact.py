@@ -20,9 +20,7 @@ from numpy.typing import ArrayLike
 
 from .distance import MeshDistance
 from .dual import dual_contour
-from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit
-from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .polish import polish_centres
 
@@ -110,9 +108,7 @@ class Closing(Implicit):
         self._threads = threads
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
-        centres = dual_contour(
-            Shifted(parent, radius), spacing, threads=threads, progress=progress
-        )
+        centres = dual_contour(Shifted(parent, radius), spacing, threads=threads, progress=progress)
         self._centres = MeshDistance(centres, sign="pseudonormal", threads=threads)
 
     def __call__(self, points: ArrayLike) -> FloatArray:

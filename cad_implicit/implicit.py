@@ -53,6 +53,10 @@ class Implicit(ABC):
         """Values ``(N,)`` and gradients ``(N, D)`` at once; cheaper than one after the other for distances."""
         return self(points), self.gradient(points)
 
+    def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm; for distances only."""
+        return np.asarray(np.abs(self(points)) < radius)
+
     @property
     def dim(self) -> int:
         """Dimension of the points, 2 or 3."""

@@ -5,11 +5,12 @@ Front ends (command line, hosts, reports) call :func:`run` and show its :class:`
 
 from __future__ import annotations
 
+import dataclasses
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from . import ops, sizing
@@ -17,13 +18,9 @@ from .cad import open_part
 from .contouring import contour
 from .distance import MeshDistance
 from .errors import GeometryWarning, RefusedError
-from .implicit import Implicit
+from .field import Field
 from .mesh import Mesh
 from .parallel import Progress, no_progress
-from .reinit import ERROR_PER_SPACING
-
-#: Tessellation of curved faces, relative to the spacing: a tenth of what the regular grid itself may lose.
-TESSELLATION_PER_SPACING = 0.05
 
 #: An opening that loses more than this share of the volume is refused unless forced.
 LOST_VOLUME_LIMIT = 0.5
@@ -38,7 +35,7 @@ class Outcome:
 
     Attributes
     ----------
-    result : Implicit
+    field : Field
         The shape after the operation.
     mesh, before : Mesh
         Its contour, and the part's own mesh.
@@ -55,13 +52,13 @@ class Outcome:
     operation: str
     amount: float
     engine: str
-    result: Implicit
+    field: Field
     mesh: Mesh
     before: Mesh
     spacing: float
     error_bound: float
     seconds: dict[str, float]
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[str] = dataclasses.field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Figures of the job, ready for JSON; lengths in mm, volumes in mm³, times in seconds."""
@@ -132,25 +129,25 @@ def run(
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
         h = sizing.choose_spacing(bounds, abs(amount), spacing=spacing, tolerance=tolerance, margin=margin)
         with clock.stage("mesh"):
-            before = opened.mesh(TESSELLATION_PER_SPACING * h).require_closed()
+            before = opened.mesh(sizing.TESSELLATION_PER_SPACING * h).require_closed()
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function = ops.offset if operation == "offset" else ops.BLENDS[operation]
             result = function(MeshDistance(before), amount, spacing=h, threads=threads, progress=progress)
         with clock.stage("contour"):
-            mesh = contour(result)  # type: ignore[arg-type]
+            mesh = contour(result)
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
             notes = thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-    bound = ERROR_PER_SPACING * h + TESSELLATION_PER_SPACING * h
+    bound = sizing.error_bound(h)
     return Outcome(operation, float(amount), "reinit", result, mesh, before, h, bound, clock.seconds, notes)
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:
-    """What was lost or joined, in words; refuses the loss of most of the part.
+    """Tell what was lost or joined; refuse the loss of most of the part.
 
     ``told`` says that a warning was given already, and the change of volume belongs to it.
     """

@@ -39,7 +39,7 @@ def offset(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Implicit:
+) -> Field:
     """Grow (positive distance) or shrink (negative) a shape by a constant distance (section 4.1 of the paper).
 
     Parameters
@@ -78,7 +78,7 @@ def fillet(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Implicit:
+) -> Field:
     """Fillet all concave edges: the closing by a ball (section 4.3 of the paper). Parameters as for :func:`offset`."""
     source = as_implicit(shape)
     sizing.check_radius(radius, source.bounds, opening=False)
@@ -87,7 +87,7 @@ def fillet(
     return reinit.closing(phi, radius, threads=threads, progress=progress)
 
 
-def round(  # noqa: A001 - the operation's name in CAD and in the paper
+def round(
     shape: Shape,
     radius: float,
     *,
@@ -95,7 +95,7 @@ def round(  # noqa: A001 - the operation's name in CAD and in the paper
     tolerance: float | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Implicit:
+) -> Field:
     """Round all convex edges: the opening by a ball (section 4.2 of the paper). Parameters as for :func:`offset`.
 
     Whatever is thinner than twice the radius is deleted, with a GeometryWarning.
@@ -116,7 +116,7 @@ def smooth(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Implicit:
+) -> Field:
     """Round all convex and fillet all concave edges (section 4.4 of the paper). Parameters as for :func:`offset`.
 
     ``first`` tells which of the two comes first; the results differ where both kinds of edge meet.
@@ -130,7 +130,7 @@ def smooth(
 
 
 #: The operations that take a radius, by name.
-BLENDS: dict[str, Callable[..., Implicit]] = {"fillet": fillet, "round": round, "smooth": smooth}
+BLENDS: dict[str, Callable[..., Field]] = {"fillet": fillet, "round": round, "smooth": smooth}
 
 
 def as_implicit(shape: Shape) -> Implicit:
@@ -161,9 +161,7 @@ def _start(
     return reinit.distance_field(source, grid, reach, threads=threads, progress=progress)
 
 
-def _grid(
-    source: Implicit, radius: float, margin: float, spacing: float | None, tolerance: float | None
-) -> Grid:
+def _grid(source: Implicit, radius: float, margin: float, spacing: float | None, tolerance: float | None) -> Grid:
     if isinstance(source, Field) and spacing is None and tolerance is None:
         return _widened(source.grid, source.bounds, margin)
     h = sizing.choose_spacing(source.bounds, radius, spacing=spacing, tolerance=tolerance, margin=margin)

@@ -83,7 +83,8 @@ class _Problem:
 
     def __init__(self, part: Implicit, radius: float, points: FloatArray, threads: int | None) -> None:
         self.part, self.radius, self.points, self.threads = part, radius, points, threads
-        self.normals, self.offsets, self.counts = halfspaces.empty_planes(len(points), _PLANES)
+        self.normals, self.offsets = np.zeros((len(points), _PLANES, 3)), np.zeros((len(points), _PLANES))
+        self.counts = np.zeros(len(points), np.int64)
         self.centres = points.copy()
         self.mask = np.zeros(len(points), np.int64)
 

@@ -18,10 +18,11 @@ from .field import Field, sample
 from .grid import Grid
 from .implicit import Implicit
 from .parallel import Progress, no_progress
-from .redistance import redistance
+from .redistancing import redistance
 
-#: The first distance is carried further than the radius, by this share of it and this many spacings: a front that starts
-#: from a narrow band arrives smeared, and the first offset would lie up to 0.15 h off (r = 10 h; 0.001 h with both).
+#: The first distance is carried further than the radius, by this share of it and this many spacings: a front that
+#: starts from a narrow band arrives smeared, and the first offset would lie up to 0.15 h off at r = 10 h (0.001 h with
+#: both).
 _SMEAR = (0.1, 4.0)
 
 #: Nodes kept free around everything that an operation builds.

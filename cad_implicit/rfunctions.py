@@ -22,7 +22,7 @@ def normalize(field: Field, *, threads: int | None = None) -> Field:
 
     Near the surface the result is the distance in mm, up to terms of second order. Away from it the result saturates
     at ±1, because f and its gradient (f per mm) are added as if they had one unit: the form is useful only where
-    the distance is well below 1 mm, and a starting value for :func:`cad_implicit.redistance.redistance` elsewhere.
+    the distance is well below 1 mm, and a starting value for :func:`cad_implicit.redistancing.redistance` elsewhere.
     Multiplying f by a positive constant changes nothing near the surface, where f is small against its gradient.
 
     Parameters

@@ -17,6 +17,9 @@ CELLS_PER_RADIUS = 6.0
 #: … and the part's diagonal by this many.
 CELLS_PER_DIAGONAL = 100.0
 
+#: Curved faces are tessellated to this share of the spacing: little beside what the regular grid itself loses.
+TESSELLATION_PER_SPACING = 0.05
+
 #: Bytes at the peak for each node of the regular grid: the field, two working copies, the sign, and the padded copy
 #: and tables of the contour (tests/test_sizing.py measures it).
 BYTES_PER_NODE = 40
@@ -78,7 +81,7 @@ def choose_spacing(
     radius : float
         Radius or offset distance in mm.
     spacing, tolerance : float, optional
-        At most one of them. The error of the regular grid is up to ``ERROR_PER_SPACING`` spacings.
+        At most one of them.
     margin : float
         Room in mm that the operation needs around the part.
 
@@ -92,7 +95,7 @@ def choose_spacing(
     if spacing is not None and tolerance is not None:
         raise SpacingError("give either a spacing or a tolerance, not both")
     if tolerance is not None:
-        spacing = positive("tolerance", tolerance, SpacingError) / ERROR_PER_SPACING
+        spacing = positive("tolerance", tolerance, SpacingError) / error_bound(1.0)
     smallest = smallest_spacing(bounds, margin)
     if spacing is None:
         low, high = np.asarray(bounds, np.float64)
@@ -106,6 +109,11 @@ def choose_spacing(
             f"use a spacing of {_rounded_up(smallest):g} mm or more"
         )
     return h
+
+
+def error_bound(spacing: float) -> float:
+    """Largest expected distance in mm between a result at this spacing and the truth."""
+    return (ERROR_PER_SPACING + TESSELLATION_PER_SPACING) * spacing
 
 
 def smallest_spacing(bounds: ArrayLike, margin: float) -> float:

@@ -12,7 +12,7 @@ from redistance_shapes import CASES, Case, badly_scaled, ball, ball_distance, to
 
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
-from cad_implicit.redistance import redistance
+from cad_implicit.redistancing import redistance
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="too slow without the compiler")
 SMALL = Grid.cover([[-1.5] * 3, [1.5] * 3], shape=12)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
-from cad_implicit.redistance import redistance
+from cad_implicit.redistancing import redistance
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="too slow without the compiler")
 examples = settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])

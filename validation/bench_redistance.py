@@ -13,7 +13,7 @@ import numpy as np
 
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
-from cad_implicit.redistance import redistance
+from cad_implicit.redistancing import redistance
 
 #: Table 2 of the paper, the sphere: milliseconds for one iteration on one thread.
 PAPER = {32: 1.7, 64: 14.0, 128: 110.0}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
-from cad_implicit.redistance import redistance
+from cad_implicit.redistancing import redistance
 
 #: Table 1 of the paper: maximum and average by resolution.
 PAPER = {32: (0.004, 0.003), 64: (0.001, 0.0007), 128: (0.0002, 0.0002)}

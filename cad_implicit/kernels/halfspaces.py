@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numba
-import numpy as np
 
 from .jit import jit, parallel_jit
 
@@ -29,10 +28,10 @@ def _dot(n, i, j):
 
 @jit
 def _feasible(y, n, b, count):
+    worst = 0.0
     for k in range(count):
-        if n[k, 0] * y[0] + n[k, 1] * y[1] + n[k, 2] * y[2] < b[k] - _FEASIBLE:
-            return False
-    return True
+        worst = min(worst, n[k, 0] * y[0] + n[k, 1] * y[1] + n[k, 2] * y[2] - b[k])
+    return worst >= -_FEASIBLE
 
 
 @jit
@@ -96,7 +95,7 @@ def nearest_feasible(x, n, b, count, y):
 
 @parallel_jit
 def nearest_feasible_many(x, n, b, count, y, mask):
-    """:func:`nearest_feasible` for points ``x (N, 3)``, normals ``n (N, P, 3)``, offsets ``b (N, P)``, ``count (N,)``."""
+    """Do :func:`nearest_feasible` for ``x (N, 3)``, normals ``n (N, P, 3)``, offsets ``b (N, P)``, ``count (N,)``."""
     for q in numba.prange(len(x)):
         mask[q] = nearest_feasible(x[q], n[q], b[q], count[q], y[q])
 
@@ -131,8 +130,3 @@ def add_plane(n, b, count, normal, offset, wanted, similar, violated):
                 place = slackest
         n[q, place] = normal[q]
         b[q, place] = offset[q]
-
-
-def empty_planes(points, planes):
-    """Arrays for ``planes`` planes at each of ``points`` points: normals, offsets, counts."""
-    return np.zeros((points, planes, 3)), np.zeros((points, planes)), np.zeros(points, np.int64)

@@ -6,12 +6,13 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
-from ..cad import open_part, save, to_mesh
-from ..cad.occ_fillet import exact_fillet
-from ..comparison import compare
-from ..errors import CadImplicitError
-from ..job import Outcome, run
-from ..parallel import Progress
+from cad_implicit.cad import open_part, save, to_mesh
+from cad_implicit.cad.occ_fillet import exact_fillet
+from cad_implicit.comparison import compare
+from cad_implicit.errors import CadImplicitError
+from cad_implicit.job import Outcome, run
+from cad_implicit.parallel import Progress
+
 from .picture import render
 
 #: Nodes along the longest side of the demonstration's grid.

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import CadImplicitError
-from ..mesh import Mesh
+from cad_implicit.errors import CadImplicitError
+from cad_implicit.mesh import Mesh
 
 #: Seen from the front right, from above: the view in which mechanical drawings show a part.
 _VIEW = (1.0, -1.6, 1.1)

@@ -43,7 +43,9 @@ Tolerance = Annotated[
 ]
 Engine = Annotated[
     str,
-    typer.Option("--engine", metavar="reinit", help="reinit: re-distancing on a regular grid."),
+    typer.Option(
+        "--engine", metavar="exact|reinit", help="exact (default); reinit: the paper's re-distancing on a regular grid."
+    ),
 ]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
@@ -58,7 +60,7 @@ def fillet(
     output: Output,
     spacing: Spacing = None,
     tolerance: Tolerance = None,
-    engine: Engine = "reinit",
+    engine: Engine = "exact",
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -75,7 +77,7 @@ def round_(
     output: Output,
     spacing: Spacing = None,
     tolerance: Tolerance = None,
-    engine: Engine = "reinit",
+    engine: Engine = "exact",
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -92,7 +94,7 @@ def smooth(
     output: Output,
     spacing: Spacing = None,
     tolerance: Tolerance = None,
-    engine: Engine = "reinit",
+    engine: Engine = "exact",
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -111,7 +113,7 @@ def offset(
     output: Output,
     spacing: Spacing = None,
     tolerance: Tolerance = None,
-    engine: Engine = "reinit",
+    engine: Engine = "exact",
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -201,8 +203,8 @@ def _work(
     force: bool,
 ) -> None:
     """Run one operation, write the result, and say what was done."""
-    if engine != "reinit":
-        raise typer.BadParameter(f"{engine!r} is not an engine; there is: reinit", param_hint="--engine")
+    if engine not in ("exact", "reinit"):
+        raise typer.BadParameter(f"{engine!r} is not an engine; there are exact and reinit", param_hint="--engine")
     with _errors(), _progress(quiet or json) as progress:
         from .cad import FIELD_EXTENSIONS, check_output, save
         from .job import run
@@ -214,12 +216,13 @@ def _work(
             amount,
             spacing=spacing,
             tolerance=tolerance,
+            engine=engine,  # type: ignore[arg-type]
             force=force,
             threads=threads,
             progress=progress,
         )
         progress("write", 0.0)
-        save(outcome.field if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
+        save(outcome.field() if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
         progress("write", 1.0)
     if json:
         _show({"output": str(output), **outcome.as_dict(), "input": str(part)}, json)

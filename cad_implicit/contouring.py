@@ -1,33 +1,51 @@
-"""Contour: the zero level of a Field as a closed mesh in space, as closed curves in the plane.
+"""Contour: the surface of a shape as a closed mesh in space, as closed curves in the plane.
 
-Marching cubes cuts sharp edges by up to about 0.9 grid spacings; that is the price of the regular grid.
+A Field is contoured by marching cubes, which cut sharp edges by up to about 0.9 grid spacings: that is the price of the
+regular grid. Any other Implicit is contoured by dual contouring, which keeps them.
 """
 
 from __future__ import annotations
 
 import warnings
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError
+from .exact import polished, surface_of
 from .field import Field
+from .implicit import Implicit
 from .mesh import Mesh
+from .parallel import Progress, no_progress
 
 #: Values closer to zero than this fraction of the spacing are moved there: a vertex is never closer to a node, which
 #: would give triangles without area in the single precision of the marching cubes. Moves the surface by as much.
 _NODE_CLEARANCE = 1e-4
 
 
-def contour(field: Field) -> Mesh:
-    """Zero level of a field as a closed mesh, by marching cubes.
-
-    Lewiner et al. 2003, DOI 10.1080/10867651.2003.10487582.
+def contour(
+    shape: Implicit,
+    spacing: float | None = None,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+) -> Mesh:
+    """Surface of a shape as a closed mesh.
 
     Parameters
     ----------
-    field : Field
-        In 3-D. Where the shape runs into the border of the grid it is closed there, with a GeometryWarning.
+    shape : Implicit
+        In 3-D. A Field is contoured on its own grid by marching cubes (Lewiner et al. 2003,
+        DOI 10.1080/10867651.2003.10487582), anything else by dual contouring. Where the shape runs into the border of
+        its grid or bounds it is closed there, a Field with a GeometryWarning.
+    spacing : float, optional
+        Width of the cells in mm; by default the one that the shape was made with. Not for a Field.
+    threads : int, optional
+        Default: all cores.
+    progress : callable
+        Called as ``progress(stage, fraction)``; may raise to cancel.
 
     Returns
     -------
@@ -37,12 +55,23 @@ def contour(field: Field) -> Mesh:
     Raises
     ------
     EmptyResultError
-        If the field has no positive value.
+        If there is no surface.
     SpacingError
-        If the field is not in 3-D.
+        If the shape is not in 3-D, or a spacing is missing.
     """
-    if field.grid.dim != 3:
+    if shape.dim != 3:
         raise SpacingError("contour() works in 3-D; use contour_curves() for a field in the plane")
+    if isinstance(shape, Field):
+        return _marching_cubes(shape)
+    h = shape.spacing if spacing is None else spacing
+    if h is None:
+        raise SpacingError("give the spacing in mm at which this shape is to be contoured")
+    bounded = surface_of(shape)
+    polish = partial(polished, bounded) if bounded.exact else None
+    return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
+
+
+def _marching_cubes(field: Field) -> Mesh:
     from skimage.measure import marching_cubes
 
     values, padding = _prepared(field)

@@ -29,10 +29,16 @@ class Implicit(ABC):
     lipschitz : float or None
         A constant L with ``|f(x) - f(y)| <= L |x - y|``: 1 for distances, None if unknown. Sparse sampling
         skips what cannot hold surface by it.
+    exact : bool
+        Whether values are exact signed distances everywhere, not only near the surface.
+    spacing : float or None
+        Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
     """
 
     bounds: FloatArray
     lipschitz: float | None = None
+    exact: bool = False
+    spacing: float | None = None
 
     @abstractmethod
     def __call__(self, points: ArrayLike) -> FloatArray:

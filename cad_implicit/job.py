@@ -18,9 +18,11 @@ from .cad import open_part
 from .contouring import contour
 from .distance import MeshDistance
 from .errors import GeometryWarning, RefusedError
-from .field import Field
+from .field import Field, sample
+from .implicit import Implicit
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .sizing import Engine
 
 #: An opening that loses more than this share of the volume is refused unless forced.
 LOST_VOLUME_LIMIT = 0.5
@@ -35,7 +37,7 @@ class Outcome:
 
     Attributes
     ----------
-    field : Field
+    shape : Implicit
         The shape after the operation.
     mesh, before : Mesh
         Its contour, and the part's own mesh.
@@ -51,14 +53,22 @@ class Outcome:
 
     operation: str
     amount: float
-    engine: str
-    field: Field
+    engine: Engine
+    shape: Implicit
     mesh: Mesh
     before: Mesh
     spacing: float
     error_bound: float
     seconds: dict[str, float]
     warnings: list[str] = dataclasses.field(default_factory=list)
+
+    def field(self) -> Field:
+        """Sample the result on a regular grid at its spacing."""
+        if isinstance(self.shape, Field):
+            return self.shape
+        bounds = self.shape.bounds
+        h = sizing.choose_spacing(bounds, abs(self.amount), engine="reinit", spacing=self.spacing)
+        return sample(self.shape, sizing.grid_over(bounds, h, 0.0))
 
     def as_dict(self) -> dict[str, Any]:
         """Figures of the job, ready for JSON; lengths in mm, volumes in mm³, times in seconds."""
@@ -87,6 +97,7 @@ def run(
     *,
     spacing: float | None = None,
     tolerance: float | None = None,
+    engine: Engine = "exact",
     force: bool = False,
     threads: int | None = None,
     progress: Progress = no_progress,
@@ -102,6 +113,8 @@ def run(
         Radius, or the signed distance of an offset, in mm.
     spacing, tolerance : float, optional
         At most one of them, in mm.
+    engine : "exact" or "reinit"
+        See :mod:`cad_implicit.ops`.
     force : bool
         Go past refusals (lost pieces, size), never past memory.
     threads : int, optional
@@ -127,23 +140,26 @@ def run(
         opening = operation in ("round", "smooth") or (operation == "offset" and amount < 0)
         sizing.check_radius(abs(amount), bounds, opening=opening)
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
-        h = sizing.choose_spacing(bounds, abs(amount), spacing=spacing, tolerance=tolerance, margin=margin)
+        h = sizing.choose_spacing(
+            bounds, abs(amount), engine=engine, spacing=spacing, tolerance=tolerance, margin=margin
+        )
         with clock.stage("mesh"):
-            before = opened.mesh(sizing.TESSELLATION_PER_SPACING * h).require_closed()
+            before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h).require_closed()
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function = ops.offset if operation == "offset" else ops.BLENDS[operation]
-            result = function(MeshDistance(before), amount, spacing=h, threads=threads, progress=progress)
+            part_distance = MeshDistance(before, threads=threads)
+            result = function(part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress)
         with clock.stage("contour"):
-            mesh = contour(result)
+            mesh = contour(result, threads=threads, progress=progress)
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
             notes = thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-    bound = sizing.error_bound(h)
-    return Outcome(operation, float(amount), "reinit", result, mesh, before, h, bound, clock.seconds, notes)
+    bound = sizing.error_bound(h, abs(amount), engine)
+    return Outcome(operation, float(amount), engine, result, mesh, before, h, bound, clock.seconds, notes)
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:

@@ -3,17 +3,21 @@
 ``offset``, ``round`` (opening: convex edges), ``fillet`` (closing: concave edges) and ``smooth`` (both) take any
 Implicit, a Mesh, or a part that :func:`cad_implicit.to_mesh` reads, and return a new Implicit, so they nest. All are
 global: the whole shape is worked on by a ball of the given radius.
+
+Two engines stand behind one signature. ``exact`` (the default for parts, meshes and what it made itself) computes exact
+distances and keeps sharp edges (:mod:`cad_implicit.exact`). ``reinit`` (the default for functions and fields) is the
+paper's scheme on a regular grid (:mod:`cad_implicit.reinit`); its result is a Field.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from . import reinit, sizing
+from . import exact, reinit, sizing
 from .cad import to_mesh
 from .contouring import contour
 from .distance import MeshDistance
@@ -23,6 +27,7 @@ from .grid import Grid
 from .implicit import Implicit
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .sizing import Engine
 from .thickness import thin_spots
 
 #: What an operation takes: an Implicit, a Mesh, or whatever ``to_mesh`` reads.
@@ -37,9 +42,10 @@ def offset(
     *,
     spacing: float | None = None,
     tolerance: float | None = None,
+    engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Field:
+) -> Implicit:
     """Grow (positive distance) or shrink (negative) a shape by a constant distance (section 4.1 of the paper).
 
     Parameters
@@ -51,6 +57,8 @@ def offset(
         Grid spacing in mm; by default a sixth of the distance or a hundredth of the diagonal, whichever is less.
     tolerance : float, optional
         Largest accepted error in mm instead of a spacing.
+    engine : "exact" or "reinit", optional
+        Default: exact, but reinit for functions and fields.
     threads : int, optional
         Default: all cores.
     progress : callable
@@ -62,12 +70,11 @@ def offset(
         With what was wrong, the figures, and what to do.
     """
     size = sizing.positive("the offset's amount", abs(distance))
-    source = as_implicit(shape)
-    sizing.check_radius(size, source.bounds, opening=distance < 0)
-    phi = _start(source, size, max(distance, 0.0), size, spacing, tolerance, threads, progress)
-    side: Side = "outside" if distance > 0 else "inside"
-    _check_medial_axis(source, phi, size, (side,), threads)
-    return _nonempty(reinit.offset(phi, distance), size)
+    call = _Call(shape, size, max(distance, 0.0), distance < 0, spacing, tolerance, engine, threads, progress)
+    sides: tuple[Side, ...] = ("outside",) if distance > 0 else ("inside",)
+    if call.engine == "reinit":
+        return _nonempty(reinit.offset(call.field(sides), distance), size)
+    return exact.offset(call.distance(sides), distance, call.spacing, threads=threads)
 
 
 def fillet(
@@ -76,35 +83,35 @@ def fillet(
     *,
     spacing: float | None = None,
     tolerance: float | None = None,
+    engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Field:
+) -> Implicit:
     """Fillet all concave edges: the closing by a ball (section 4.3 of the paper). Parameters as for :func:`offset`."""
-    source = as_implicit(shape)
-    sizing.check_radius(radius, source.bounds, opening=False)
-    phi = _start(source, radius, radius, radius, spacing, tolerance, threads, progress)
-    _check_medial_axis(source, phi, radius, ("outside",), threads)
-    return reinit.closing(phi, radius, threads=threads, progress=progress)
+    call = _Call(shape, radius, radius, False, spacing, tolerance, engine, threads, progress)
+    if call.engine == "reinit":
+        return reinit.closing(call.field(("outside",)), radius, threads=threads, progress=progress)
+    return exact.closing(call.distance(("outside",)), radius, call.spacing, threads=threads, progress=progress)
 
 
-def round(
+def round(  # the operation's name in CAD and in the paper
     shape: Shape,
     radius: float,
     *,
     spacing: float | None = None,
     tolerance: float | None = None,
+    engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Field:
+) -> Implicit:
     """Round all convex edges: the opening by a ball (section 4.2 of the paper). Parameters as for :func:`offset`.
 
     Whatever is thinner than twice the radius is deleted, with a GeometryWarning.
     """
-    source = as_implicit(shape)
-    sizing.check_radius(radius, source.bounds, opening=True)
-    phi = _start(source, radius, 0.0, radius, spacing, tolerance, threads, progress)
-    _check_medial_axis(source, phi, radius, ("inside",), threads)
-    return _nonempty(reinit.opening(phi, radius, threads=threads, progress=progress), radius)
+    call = _Call(shape, radius, 0.0, True, spacing, tolerance, engine, threads, progress)
+    if call.engine == "reinit":
+        return _nonempty(reinit.opening(call.field(("inside",)), radius, threads=threads, progress=progress), radius)
+    return exact.opening(call.distance(("inside",)), radius, call.spacing, threads=threads, progress=progress)
 
 
 def smooth(
@@ -114,23 +121,25 @@ def smooth(
     first: Literal["round", "fillet"] = "round",
     spacing: float | None = None,
     tolerance: float | None = None,
+    engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
-) -> Field:
+) -> Implicit:
     """Round all convex and fillet all concave edges (section 4.4 of the paper). Parameters as for :func:`offset`.
 
     ``first`` tells which of the two comes first; the results differ where both kinds of edge meet.
     """
-    source = as_implicit(shape)
-    sizing.check_radius(radius, source.bounds, opening=True)
-    phi = _start(source, radius, radius, radius, spacing, tolerance, threads, progress)
-    _check_medial_axis(source, phi, radius, ("inside", "outside"), threads)
-    result = reinit.smoothing(phi, radius, first=first, threads=threads, progress=progress)
-    return _nonempty(result, radius)
+    call = _Call(shape, radius, radius, True, spacing, tolerance, engine, threads, progress)
+    sides: tuple[Side, ...] = ("inside", "outside")
+    if call.engine == "reinit":
+        field = reinit.smoothing(call.field(sides), radius, first=first, threads=threads, progress=progress)
+        return _nonempty(field, radius)
+    part = call.distance(sides)
+    return exact.smoothing(part, radius, call.spacing, first=first, threads=threads, progress=progress)
 
 
 #: The operations that take a radius, by name.
-BLENDS: dict[str, Callable[..., Field]] = {"fillet": fillet, "round": round, "smooth": smooth}
+BLENDS: dict[str, Callable[..., Implicit]] = {"fillet": fillet, "round": round, "smooth": smooth}
 
 
 def as_implicit(shape: Shape) -> Implicit:
@@ -146,26 +155,67 @@ def as_implicit(shape: Shape) -> Implicit:
     return MeshDistance(to_mesh(shape).require_closed())
 
 
-def _start(
-    source: Implicit,
-    radius: float,
-    margin: float,
-    reach: float,
-    spacing: float | None,
-    tolerance: float | None,
-    threads: int | None,
-    progress: Progress,
-) -> Field:
-    """Distance field of the source on a grid that holds everything the operation builds."""
-    grid = _grid(source, radius, margin, spacing, tolerance)
-    return reinit.distance_field(source, grid, reach, threads=threads, progress=progress)
+class _Call:
+    """What all operations do first: understand the shape, choose engine and spacing, check the radius."""
 
+    def __init__(
+        self,
+        shape: Shape,
+        radius: float,
+        margin: float,
+        opening: bool,
+        spacing: float | None,
+        tolerance: float | None,
+        engine: Engine | None,
+        threads: int | None,
+        progress: Progress,
+    ) -> None:
+        if engine not in (None, *get_args(Engine)):
+            raise ValueError(f"engine must be one of {', '.join(get_args(Engine))}, not {engine!r}")
+        self.source = as_implicit(shape)
+        self.radius = sizing.check_radius(radius, self.source.bounds, opening=opening)
+        self.engine: Engine = engine or ("exact" if self.source.exact else "reinit")
+        self.threads, self.progress, self.margin = threads, progress, margin
+        if self.engine == "exact" and self.source.dim != 3:
+            raise ValueError('the exact engine works in 3-D; use engine="reinit" in the plane')
+        if spacing is None and tolerance is None:
+            spacing = self.source.spacing
+        self.given = spacing is not None or tolerance is not None
+        self.spacing = sizing.choose_spacing(
+            self.source.bounds, radius, engine=self.engine, spacing=spacing, tolerance=tolerance, margin=margin
+        )
 
-def _grid(source: Implicit, radius: float, margin: float, spacing: float | None, tolerance: float | None) -> Grid:
-    if isinstance(source, Field) and spacing is None and tolerance is None:
-        return _widened(source.grid, source.bounds, margin)
-    h = sizing.choose_spacing(source.bounds, radius, spacing=spacing, tolerance=tolerance, margin=margin)
-    return sizing.grid_over(source.bounds, h, margin)
+    def distance(self, sides: tuple[Side, ...]) -> Implicit:
+        """Exact distance, for the exact engine."""
+        part = exact.distance_to(self.source, self.spacing, threads=self.threads, progress=self.progress)
+        if isinstance(part, MeshDistance):
+            self._check_medial_axis(part.mesh, sides)
+        return part
+
+    def field(self, sides: tuple[Side, ...]) -> Field:
+        """Distance field on a grid that holds everything the operation builds, for the reinit engine."""
+        grid = sizing.grid_over(self.source.bounds, self.spacing, self.margin)
+        if isinstance(self.source, Field) and not self.given:
+            grid = _widened(self.source.grid, self.source.bounds, self.margin)
+        phi = reinit.distance_field(self.source, grid, self.radius, threads=self.threads, progress=self.progress)
+        if phi.grid.dim == 3:
+            self._check_medial_axis(self.source.mesh if isinstance(self.source, MeshDistance) else contour(phi), sides)
+        return phi
+
+    def _check_medial_axis(self, mesh: Mesh, sides: tuple[Side, ...]) -> None:
+        """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1."""
+        for side in sides:
+            spot = thin_spots(mesh, self.radius, side, threads=self.threads)
+            if spot is None:
+                continue
+            place = ", ".join(f"{x:.4g}" for x in spot.place)
+            what, fate = ("material", "is removed") if side == "inside" else ("a gap", "is closed")
+            warnings.warn(
+                f"{what} {spot.thickness:.4g} mm wide at ({place}) mm is narrower than twice the radius "
+                f"{self.radius:g} mm and {fate} there; the largest radius that keeps it is {spot.safe_radius:.4g} mm",
+                GeometryWarning,
+                stacklevel=4,
+            )
 
 
 def _widened(grid: Grid, bounds: np.ndarray, margin: float) -> Grid:
@@ -175,27 +225,6 @@ def _widened(grid: Grid, bounds: np.ndarray, margin: float) -> Grid:
     missing = np.maximum(bounds[1] + room - grid.bounds[1], grid.bounds[0] - bounds[0] + room)
     nodes = int(np.ceil((missing / steps).max() - 1e-9))
     return grid.padded(nodes) if nodes > 0 else grid
-
-
-def _check_medial_axis(
-    source: Implicit, phi: Field, radius: float, sides: tuple[Side, ...], threads: int | None
-) -> None:
-    """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1."""
-    if phi.grid.dim == 2:
-        return
-    mesh: Mesh = source.mesh if isinstance(source, MeshDistance) else contour(phi)
-    for side in sides:
-        spot = thin_spots(mesh, radius, side, threads=threads)
-        if spot is None:
-            continue
-        place = ", ".join(f"{x:.4g}" for x in spot.place)
-        what, fate = ("material", "is removed") if side == "inside" else ("a gap", "is closed")
-        warnings.warn(
-            f"{what} {spot.thickness:.4g} mm wide at ({place}) mm is narrower than twice the radius {radius:g} mm "
-            f"and {fate} there; the largest radius that keeps it is {spot.safe_radius:.4g} mm",
-            GeometryWarning,
-            stacklevel=3,
-        )
 
 
 def _nonempty(field: Field, radius: float) -> Field:

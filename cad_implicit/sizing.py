@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import exact, reinit
 from .errors import MemoryLimitError, RadiusError, RefusedError, SpacingError
 from .grid import Grid
-from .reinit import ERROR_PER_SPACING, MARGIN
+
+#: How distances are computed: exactly from the mesh, or by the paper's scheme on a regular grid.
+Engine = Literal["exact", "reinit"]
 
 #: The default spacing resolves the radius by this many grid cells …
 CELLS_PER_RADIUS = 6.0
@@ -17,12 +21,15 @@ CELLS_PER_RADIUS = 6.0
 #: … and the part's diagonal by this many.
 CELLS_PER_DIAGONAL = 100.0
 
-#: Curved faces are tessellated to this share of the spacing: little beside what the regular grid itself loses.
-TESSELLATION_PER_SPACING = 0.05
+#: Curved faces are tessellated to this share of the spacing: little beside what the engine itself loses.
+TESSELLATION_PER_SPACING: dict[Engine, float] = {"exact": 0.005, "reinit": 0.05}
 
-#: Bytes at the peak for each node of the regular grid: the field, two working copies, the sign, and the padded copy
-#: and tables of the contour (tests/test_sizing.py measures it).
+#: Bytes at the peak: for each node of the regular grid (field, two working copies, sign, and the padded copy and tables
+#: of the contour) …
 BYTES_PER_NODE = 40
+
+#: … and for each spacing² of surface in the exact engine (bricks, edges, vertices, tree of the ball centres).
+BYTES_PER_SURFACE_CELL = 2500
 
 #: Share of the free memory that one operation may take.
 MEMORY_SHARE = 0.8
@@ -30,7 +37,7 @@ MEMORY_SHARE = 0.8
 #: Results beyond this many triangles are refused unless forced.
 TRIANGLE_LIMIT = 20_000_000
 
-#: Triangles of a contour for each spacing² of surface, marching cubes on surfaces off the axes (measured 2.2 to 2.9).
+#: Triangles of a contour for each spacing² of surface, on surfaces off the axes (measured 2.2 to 2.9).
 _TRIANGLES_PER_CELL = 2.9
 
 
@@ -68,6 +75,7 @@ def choose_spacing(
     bounds: ArrayLike,
     radius: float,
     *,
+    engine: Engine,
     spacing: float | None = None,
     tolerance: float | None = None,
     margin: float = 0.0,
@@ -80,6 +88,7 @@ def choose_spacing(
         The part's box in mm.
     radius : float
         Radius or offset distance in mm.
+    engine : "exact" or "reinit"
     spacing, tolerance : float, optional
         At most one of them.
     margin : float
@@ -94,16 +103,16 @@ def choose_spacing(
     """
     if spacing is not None and tolerance is not None:
         raise SpacingError("give either a spacing or a tolerance, not both")
+    low, high = np.asarray(bounds, np.float64)
+    default = min(radius / CELLS_PER_RADIUS, float(np.linalg.norm(high - low)) / CELLS_PER_DIAGONAL)
     if tolerance is not None:
-        spacing = positive("tolerance", tolerance, SpacingError) / error_bound(1.0)
-    smallest = smallest_spacing(bounds, margin)
+        spacing = _spacing_for(positive("tolerance", tolerance, SpacingError), radius, engine, 2 * default)
+    smallest = smallest_spacing(bounds, margin, engine)
     if spacing is None:
-        low, high = np.asarray(bounds, np.float64)
-        diagonal = float(np.linalg.norm(high - low))
-        return max(min(radius / CELLS_PER_RADIUS, diagonal / CELLS_PER_DIAGONAL), smallest)
+        return max(default, smallest)
     h = positive("spacing", spacing, SpacingError)
     if h < smallest:
-        need, have = _node_count(bounds, h, margin) * BYTES_PER_NODE, available_memory()
+        need, have = estimate_memory(bounds, h, margin, engine), available_memory()
         raise MemoryLimitError(
             f"a spacing of {h:g} mm needs {need / 2**30:.1f} GiB, but {have / 2**30:.1f} GiB may be used; "
             f"use a spacing of {_rounded_up(smallest):g} mm or more"
@@ -111,24 +120,46 @@ def choose_spacing(
     return h
 
 
-def error_bound(spacing: float) -> float:
+def error_bound(spacing: float, radius: float, engine: Engine) -> float:
     """Largest expected distance in mm between a result at this spacing and the truth."""
-    return (ERROR_PER_SPACING + TESSELLATION_PER_SPACING) * spacing
+    tessellation = TESSELLATION_PER_SPACING[engine] * spacing
+    if engine == "reinit":
+        return reinit.ERROR_PER_SPACING * spacing + tessellation
+    return exact.SAGITTA * spacing**2 / radius + exact.SHARP_EDGE * spacing + tessellation
 
 
-def smallest_spacing(bounds: ArrayLike, margin: float) -> float:
-    """Smallest spacing in mm whose grid over the box and its margin fits into the memory that may be used."""
+def _spacing_for(tolerance: float, radius: float, engine: Engine, largest: float) -> float:
+    """Largest spacing whose error bound is the tolerance, but at most ``largest``."""
+    linear = error_bound(1.0, math.inf, engine)
+    if engine == "reinit":
+        return tolerance / linear
+    square = exact.SAGITTA / radius
+    return min((math.sqrt(linear**2 + 4 * square * tolerance) - linear) / (2 * square), largest)
+
+
+def smallest_spacing(bounds: ArrayLike, margin: float, engine: Engine) -> float:
+    """Smallest spacing in mm at which an operation on a part in that box fits into the memory that may be used."""
     low, high = np.asarray(bounds, np.float64)
     fine = float(np.linalg.norm(high - low)) * 1e-6
     coarse = float(np.linalg.norm(high - low))
-    budget = available_memory() / BYTES_PER_NODE
+    budget = available_memory()
     for _ in range(60):
         middle = math.sqrt(fine * coarse)
-        if _node_count(bounds, middle, margin) > budget:
+        if estimate_memory(bounds, middle, margin, engine) > budget:
             fine = middle
         else:
             coarse = middle
     return coarse
+
+
+def estimate_memory(bounds: ArrayLike, spacing: float, margin: float, engine: Engine) -> float:
+    """Bytes that an operation needs at its peak, from the box of the part alone."""
+    low, high = np.asarray(bounds, np.float64)
+    size = high - low + 2 * margin
+    if engine == "reinit":
+        return float(np.prod(size / spacing + 2 * reinit.MARGIN + 1)) * BYTES_PER_NODE
+    area = 2 * float((size * np.roll(size, 1)).sum())
+    return area / spacing**2 * BYTES_PER_SURFACE_CELL
 
 
 def available_memory() -> int:
@@ -140,7 +171,7 @@ def available_memory() -> int:
 
 def grid_over(bounds: ArrayLike, spacing: float, margin: float) -> Grid:
     """Grid over a part's box with room for what an operation builds, ``margin`` mm, and for the contour."""
-    return Grid.cover(bounds, spacing, margin=margin + MARGIN * spacing)
+    return Grid.cover(bounds, spacing, margin=margin + reinit.MARGIN * spacing)
 
 
 def check_triangles(area: float, spacing: float, *, force: bool) -> None:
@@ -158,11 +189,6 @@ def check_triangles(area: float, spacing: float, *, force: bool) -> None:
             f"a spacing of {spacing:g} mm would give about {count / 1e6:.0f} million triangles (limit "
             f"{TRIANGLE_LIMIT // 10**6} million); use a spacing of {fits:g} mm or more, or --force"
         )
-
-
-def _node_count(bounds: ArrayLike, spacing: float, margin: float) -> float:
-    low, high = np.asarray(bounds, np.float64)
-    return float(np.prod((high - low + 2 * margin) / spacing + 2 * MARGIN + 1))
 
 
 def _rounded_up(value: float) -> float:

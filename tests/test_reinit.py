@@ -19,19 +19,19 @@ def error(result: ci.Implicit, truth: np.ndarray) -> float:
 
 @pytest.mark.parametrize(("angle", "bound"), [(60, 0.9), (90, 0.9), (120, 0.7)])
 def test_fillet_of_a_straight_edge(angle: float, bound: float) -> None:
-    result = ci.fillet(shapes.notch(angle, 20), 2.5, spacing=H)
+    result = ci.fillet(shapes.notch(angle, 20), 2.5, spacing=H, engine="reinit")
     assert error(result, shapes.notch_fillet(angle, 2.5, 12)) < bound
 
 
 def test_fillet_of_a_corner_and_of_a_boss() -> None:
-    assert error(ci.fillet(shapes.corner(12), 2.5, spacing=H), shapes.octant(2.5)) < 1.0
-    result = ci.fillet(shapes.boss(5, 12, 10), 2.5, spacing=H)
+    assert error(ci.fillet(shapes.corner(12), 2.5, spacing=H, engine="reinit"), shapes.octant(2.5)) < 1.0
+    result = ci.fillet(shapes.boss(5, 12, 10), 2.5, spacing=H, engine="reinit")
     assert error(result, shapes.boss_fillet(5, 2.5)) < 0.9
 
 
 def test_round_of_a_cube() -> None:
     cube = shapes.as_mesh(shapes.box([0, 0, 0], [15, 15, 15]))
-    result = ci.round(cube, 2.5, spacing=H)
+    result = ci.round(cube, 2.5, spacing=H, engine="reinit")
     assert error(result, shapes.octant(2.5)) < 1.0
     mesh = ci.contour(result)
     a, r = 10.0, 2.5  # a cube of side 10 grown by a ball (Steiner's formula)
@@ -43,7 +43,7 @@ def test_round_of_a_cube() -> None:
 @pytest.mark.parametrize("first", ["round", "fillet"])
 def test_smooth_does_both(first: str) -> None:
     part = shapes.notch(90, 20)
-    result = ci.smooth(part, 2.5, first=first, spacing=H)
+    result = ci.smooth(part, 2.5, first=first, spacing=H, engine="reinit")
     assert error(result, shapes.notch_fillet(90, 2.5, 10)) < 1.2
     far_corner = shapes.placed(np.array([[-20.0, -20.0, 0.0]]))
     cut = 2.5 * (np.sqrt(2) - 1)  # the round's distance from a square edge
@@ -51,7 +51,7 @@ def test_smooth_does_both(first: str) -> None:
 
 
 def test_faces_stay_where_they_were() -> None:
-    mesh = ci.contour(ci.fillet(shapes.notch(90, 20), 2.5, spacing=H))
+    mesh = ci.contour(ci.fillet(shapes.notch(90, 20), 2.5, spacing=H, engine="reinit"))
     local = (mesh.vertices - shapes.SHIFT) @ shapes.TURN
     face = (np.abs(local[:, 1]) < 15) & (np.abs(local[:, 2]) < 10) & (local[:, 0] < -18)
     assert face.sum() > 1000
@@ -95,7 +95,7 @@ def test_nothing_left_is_an_error() -> None:
 
 def test_operations_nest() -> None:
     part = shapes.notch(90, 20)
-    once = ci.fillet(part, 2.5, spacing=H)
+    once = ci.fillet(part, 2.5, spacing=H, engine="reinit")
     twice = ci.round(once, 1.5)
     assert error(twice, shapes.notch_fillet(90, 2.5, 10)) < 1.5
     assert ci.contour(twice).volume < ci.contour(once).volume

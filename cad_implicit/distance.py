@@ -11,6 +11,7 @@ import warnings
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import ArrayLike, NDArray
 
 from . import parallel
@@ -89,6 +90,7 @@ class MeshDistance(Implicit):
     """
 
     lipschitz = 1.0
+    exact = True
 
     def __init__(self, mesh: Mesh, *, sign: Sign = "auto", threads: int | None = None) -> None:
         if sign not in ("auto", "pseudonormal", "winding"):
@@ -201,9 +203,12 @@ def sample_distance(
         progress("distance", start / slabs)
         stop = min(start + batch, slabs)
         with parallel.threads(threads):
-            fill_slabs(tree, origin, step, scaled_band, start, stop, first, members, exterior, is_open, values)
+            fill_slabs(
+                tree, origin, step, scaled_band, (start, stop), get_num_threads(), first, members, exterior, is_open,
+                values,
+            )  # fmt: skip
     progress("distance", 1.0)
-    return Field(grid, values, distance.bounds)
+    return Field(grid, values, distance.bounds, lipschitz=1.0)
 
 
 def _as_points(points: ArrayLike) -> FloatArray:

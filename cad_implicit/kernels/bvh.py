@@ -13,13 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
+from .partition import WIDTH, partition
 from .pseudonormal import pseudonormals
+from .triangle import leaf_blocks
 
-#: Triangles in a leaf, at most.
-LEAF = 4
-WIDTH = 8
-#: Depth is at most log2(2**31 / LEAF) + 2 since every split halves the triangles; each level leaves 7 nodes waiting.
-STACK = 256
 #: Added to all float32 bounds, in scaled coordinates: 30 roundings of numbers up to 1.
 MARGIN = np.float32(2e-6)
 #: Squared bounds are trusted up to this factor (points far away, where rounding grows with the distance).
@@ -38,7 +35,11 @@ class Tree(NamedTuple):
     bounds : (N, 14, 8) float32
         For each child: box low, high (6), disc centre, axis (6), half height, radius.
     children : (N, 8) int32
-        Node number, or ``-(8 * start + count) - 1`` for a leaf.
+        Node number, or ``-leaf - 1``.
+    first : (L + 1,) int32
+        Triangles of each leaf: ``first[leaf]:first[leaf + 1]``.
+    blocks : (L, 21, 4) float64
+        What the distance to four triangles at once needs.
     corners : (F, 9) float64
         Triangles, scaled.
     order : (F,) int32
@@ -57,6 +58,8 @@ class Tree(NamedTuple):
 
     bounds: np.ndarray
     children: np.ndarray
+    first: np.ndarray
+    blocks: np.ndarray
     corners: np.ndarray
     order: np.ndarray
     frame: np.ndarray
@@ -78,7 +81,7 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> 
     a, b, c = corners[:, :3], corners[:, 3:6], corners[:, 6:]
     vectors = np.cross(b - a, c - a) / 2
     order = np.arange(len(faces), dtype=np.int32)
-    children, ranges = _split((a + b + c) / 3, corners, order)
+    children, ranges, first = partition(_boxes(corners), order)
     corners, vectors = corners[order], vectors[order]
     if signed:
         normals, doubtful = pseudonormals(corners, faces[order], len(vertices))
@@ -86,104 +89,21 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> 
         normals, doubtful = np.zeros((0, 7, 3)), np.zeros(0, np.uint8)
     bounds = _bound(corners, vectors, ranges)
     dipoles = _dipoles(corners, vectors, children, ranges)
-    return Tree(bounds, children, corners, order, np.append(centre, scale), normals, doubtful, dipoles, 0)
+    blocks = leaf_blocks(corners, first)
+    return Tree(
+        bounds, children, first, blocks, corners, order, np.append(centre, scale), normals, doubtful, dipoles, 0
+    )
 
 
 @jit
-def _select(keys, order, start, stop, middle, axis):
-    """Reorder ``order[start:stop]`` so that keys left of middle are not above those right of it (quickselect)."""
-    left, right = start, stop - 1
-    while left < right:
-        pivot = keys[order[(left + right) >> 1], axis]
-        i, j = left, right
-        while i <= j:
-            while keys[order[i], axis] < pivot:
-                i += 1
-            while keys[order[j], axis] > pivot:
-                j -= 1
-            if i <= j:
-                swapped = order[i]
-                order[i] = order[j]
-                order[j] = swapped
-                i += 1
-                j -= 1
-        if middle <= j:
-            right = j
-        elif middle >= i:
-            left = i
-        else:
-            return
-
-
-@jit
-def _widest(keys, order, start, stop):
-    """Axis along which the keys spread most."""
-    axis, spread = 0, -1.0
-    for d in range(3):
-        low, high = math.inf, -math.inf
-        for q in range(start, stop):
-            low = min(low, keys[order[q], d])
-            high = max(high, keys[order[q], d])
-        if high - low > spread:
-            axis, spread = d, high - low
-    return axis
-
-
-@jit
-def _surface(corners, order, start, stop):
-    """Half the surface of the box around triangles ``order[start:stop]``."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for q in range(start, stop):
-        for d in range(9):
-            low[d % 3] = min(low[d % 3], corners[order[q], d])
-            high[d % 3] = max(high[d % 3], corners[order[q], d])
-    x, y, z = high - low
-    return x * y + y * z + z * x
-
-
-@jit
-def _split(keys, corners, order):
-    """Sort triangles into nodes: children (N, 8) and the range of triangles (N, 8, 2) below each."""
-    capacity = (len(order) + LEAF - 1) // LEAF
-    children = np.full((capacity, WIDTH), -1, np.int32)
-    ranges = np.zeros((capacity, WIDTH, 2), np.int32)
-    stack = np.zeros((STACK, 3), np.int64)
-    stack[0, 1] = len(order)
-    waiting, count = 1, 1
-    size = np.zeros(WIDTH)
-    while waiting > 0:
-        waiting -= 1
-        node = stack[waiting, 2]
-        own = ranges[node]
-        own[0, 0], own[0, 1] = stack[waiting, 0], stack[waiting, 1]
-        size[0] = math.inf
-        filled = 1
-        while filled < WIDTH:
-            largest = -1
-            for c in range(filled):
-                if own[c, 1] - own[c, 0] > LEAF and (largest < 0 or size[c] > size[largest]):
-                    largest = c
-            if largest < 0:
-                break
-            start, stop = own[largest, 0], own[largest, 1]
-            # full leaves: the left part is a multiple of the leaf
-            middle = start + max(((stop - start) // 2 + LEAF // 2) // LEAF, 1) * LEAF
-            _select(keys, order, start, stop, middle, _widest(keys, order, start, stop))
-            own[largest, 1] = own[filled, 0] = middle
-            own[filled, 1] = stop
-            size[largest] = _surface(corners, order, start, middle)
-            size[filled] = _surface(corners, order, middle, stop)
-            filled += 1
-        for c in range(filled):
-            start, stop = own[c, 0], own[c, 1]
-            if stop - start <= LEAF:
-                children[node, c] = -(start * 8 + (stop - start)) - 1
-            else:
-                children[node, c] = count
-                stack[waiting, 0], stack[waiting, 1], stack[waiting, 2] = start, stop, count
-                waiting += 1
-                count += 1
-    return children[:count].copy(), ranges[:count].copy()
+def _boxes(corners):
+    """Low and high corner (F, 6) of each triangle."""
+    boxes = np.zeros((len(corners), 6))
+    for t in range(len(corners)):
+        for d in range(3):
+            x, y, z = corners[t, d], corners[t, 3 + d], corners[t, 6 + d]
+            boxes[t, d], boxes[t, 3 + d] = min(x, y, z), max(x, y, z)
+    return boxes
 
 
 @jit

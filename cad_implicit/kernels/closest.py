@@ -11,10 +11,11 @@ import math
 import numpy as np
 from numba import prange
 
-from .bvh import TRUST, WIDTH
+from .bvh import TRUST
 from .jit import jit, parallel_jit
+from .partition import WIDTH
 from .stack import CHUNK, new_stack
-from .triangle import FACE, closest_on_triangle
+from .triangle import FACE, closest_on_triangle, leaf_distances
 from .winding import winding_scaled
 
 _ZERO = np.float32(0)
@@ -50,13 +51,12 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
 
     ``seed`` is a triangle that is probably near, or -1.
     """
-    codes, keys, near = stack
-    corners, order = tree.corners, tree.order
-    best, bx, by, bz, found, feature = limit2, x, y, z, -1, 0
+    codes, keys, near, far = stack
+    order = tree.order
+    best, found = limit2, -1
     limit = np.float32(min(limit2, 1e37)) * TRUST
     if seed >= 0:
-        guess = np.float32(closest_on_triangle(corners, seed, x, y, z)[0]) * TRUST
-        limit = min(limit, guess)
+        limit = min(limit, np.float32(closest_on_triangle(tree.corners, seed, x, y, z)[0]) * TRUST)
     fx, fy, fz = _single(x), _single(y), _single(z)
     waiting = 1
     codes[0], keys[0] = 0, _ZERO
@@ -66,12 +66,13 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
             continue
         code = codes[waiting]
         if code < 0:
-            start = -(code + 1) >> 3
-            for t in range(start, start + (-(code + 1) & 7)):
-                d2, cx, cy, cz, f = closest_on_triangle(corners, t, x, y, z)
-                if d2 < best or (d2 == best and found >= 0 and order[t] < order[found]):
-                    best, bx, by, bz, found, feature = d2, cx, cy, cz, t, f
-                    limit = min(limit, np.float32(d2) * TRUST)
+            leaf = -code - 1
+            leaf_distances(tree.blocks[leaf], x, y, z, far)
+            start = tree.first[leaf]
+            for c in range(tree.first[leaf + 1] - start):
+                if far[c] < best or (far[c] == best and found >= 0 and order[start + c] < order[found]):
+                    best, found = far[c], start + c
+                    limit = min(limit, np.float32(best) * TRUST)
             continue
         _child_bounds(tree.bounds[code], fx, fy, fz, near)
         floor = waiting
@@ -84,13 +85,16 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
                     at -= 1
                 keys[at], codes[at] = key, tree.children[code, c]
                 waiting += 1
-    return best, bx, by, bz, found, feature
+    if found < 0:
+        return best, x, y, z, found, 0
+    d2, cx, cy, cz, feature = closest_on_triangle(tree.corners, found, x, y, z)
+    return d2, cx, cy, cz, found, feature
 
 
 @jit
 def within_scaled(tree, x, y, z, radius2, stack):
     """Whether a triangle is nearer than the root of ``radius2``, scaled."""
-    codes, _, near = stack
+    codes, _, near, far = stack
     limit = np.float32(min(radius2, 1e37)) * TRUST
     fx, fy, fz = _single(x), _single(y), _single(z)
     waiting = 1
@@ -99,10 +103,10 @@ def within_scaled(tree, x, y, z, radius2, stack):
         waiting -= 1
         code = codes[waiting]
         if code < 0:
-            start = -(code + 1) >> 3
-            for t in range(start, start + (-(code + 1) & 7)):
-                if closest_on_triangle(tree.corners, t, x, y, z)[0] < radius2:
-                    return True
+            leaf = -code - 1
+            leaf_distances(tree.blocks[leaf], x, y, z, far)
+            if min(min(far[0], far[1]), min(far[2], far[3])) < radius2:
+                return True
             continue
         _child_bounds(tree.bounds[code], fx, fy, fz, near)
         for c in range(WIDTH):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bvh import STACK, WIDTH
 from .jit import jit
+from .partition import LEAF, STACK, WIDTH
 
 #: Points that one thread works through in order; the triangle found for one is the first guess for the next.
 CHUNK = 256
@@ -13,5 +13,5 @@ CHUNK = 256
 
 @jit
 def new_stack():
-    """Codes of waiting nodes, lower bounds of their squared distance, and bounds of one node's children."""
-    return np.zeros(STACK, np.int32), np.zeros(STACK, np.float32), np.zeros(WIDTH, np.float32)
+    """Return waiting nodes, bounds of their squared distances, bounds of one node's children, distances in a leaf."""
+    return np.zeros(STACK, np.int32), np.zeros(STACK, np.float32), np.zeros(WIDTH, np.float32), np.zeros(LEAF)

@@ -1,0 +1,216 @@
+"""Sorting triangles into the nodes of a tree: splits by the surface area heuristic, balanced enough to bound the depth.
+
+Splits that only halve the number of triangles make trees of CAD meshes, with their long thin triangles, 30 to 40 %
+slower to search.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .jit import jit
+
+#: Triangles in a leaf, at most.
+LEAF = 4
+#: Children of a node, at most.
+WIDTH = 8
+#: Every split leaves at least this part of the triangles on each side.
+_LEAST_PART = 4
+#: So the depth is at most log(2**31 / LEAF) / log(4 / 3) + 2 = 73, and each level leaves up to 7 nodes waiting.
+STACK = 520
+#: Candidate planes across each axis, plus one.
+_BINS = 12
+
+
+@jit
+def partition(boxes, order):
+    """Sort triangles into nodes.
+
+    Parameters
+    ----------
+    boxes : (F, 6) float64
+        Low and high corner of each triangle's box.
+    order : (F,) int32
+        Triangles; sorted in place.
+
+    Returns
+    -------
+    children : (N, 8) int32
+        Node number, or ``-leaf - 1``.
+    ranges : (N, 8, 2) int32
+        Triangles below each child: ``order[start:stop]``; empty for unused children.
+    first : (L + 1,) int32
+        Triangles of each leaf: ``order[first[leaf]:first[leaf + 1]]``.
+    """
+    capacity = len(order)
+    children, ranges = np.full((capacity, WIDTH), -1, np.int32), np.zeros((capacity, WIDTH, 2), np.int32)
+    begins = np.zeros(capacity + 1, np.bool_)
+    stack = np.zeros((STACK, 3), np.int64)
+    stack[0, 1] = len(order)
+    waiting, count = 1, 1
+    scratch = np.zeros((_BINS, 6)), np.zeros(_BINS, np.int64), np.zeros(_BINS), np.zeros(6)
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting, 2]
+        filled = _fill_node(boxes, order, ranges[node], stack[waiting, 0], stack[waiting, 1], scratch)
+        for c in range(filled):
+            start, stop = ranges[node, c]
+            if stop - start <= LEAF:
+                begins[start] = True
+            else:
+                children[node, c] = count
+                stack[waiting, 0], stack[waiting, 1], stack[waiting, 2] = start, stop, count
+                waiting += 1
+                count += 1
+    begins[capacity] = True
+    first = np.flatnonzero(begins).astype(np.int32)
+    for node in range(count):
+        for c in range(WIDTH):
+            if children[node, c] < 0 and ranges[node, c, 1] > ranges[node, c, 0]:
+                children[node, c] = -np.searchsorted(first, ranges[node, c, 0]) - 1
+    return children[:count].copy(), ranges[:count].copy(), first
+
+
+@jit
+def _fill_node(boxes, order, own, start, stop, scratch):
+    """Split a range into up to eight, the one with the largest box first; return their number."""
+    size = np.zeros(WIDTH)
+    own[0, 0], own[0, 1] = start, stop
+    size[0] = math.inf
+    filled = 1
+    while filled < WIDTH:
+        largest = -1
+        for c in range(filled):
+            if own[c, 1] - own[c, 0] > LEAF and (largest < 0 or size[c] > size[largest]):
+                largest = c
+        if largest < 0:
+            break
+        start, stop = own[largest, 0], own[largest, 1]
+        middle = _split(boxes, order, start, stop, scratch)
+        own[largest, 1] = own[filled, 0] = middle
+        own[filled, 1] = stop
+        size[largest] = _surface_of(boxes, order, start, middle, scratch[3])
+        size[filled] = _surface_of(boxes, order, middle, stop, scratch[3])
+        filled += 1
+    return filled
+
+
+@jit
+def _split(boxes, order, start, stop, scratch):
+    """Reorder a range so that a good split falls at the position returned."""
+    best, best_axis, best_bin, best_low, best_width = math.inf, -1, 0, 0.0, 0.0
+    widest, widest_axis = -1.0, 0
+    for axis in range(3):
+        low, high = math.inf, -math.inf
+        for q in range(start, stop):
+            key = boxes[order[q], axis] + boxes[order[q], 3 + axis]
+            low, high = min(low, key), max(high, key)
+        if high - low > widest:
+            widest, widest_axis = high - low, axis
+        if high - low > 1e-14 and stop - start > 2 * LEAF:
+            width = (high - low) / _BINS * (1 + 1e-9)
+            cost, b = _best_plane(boxes, order, start, stop, axis, low, width, scratch)
+            if cost < best:
+                best, best_axis, best_bin, best_low, best_width = cost, axis, b, low, width
+    if best_axis < 0:
+        # halves, the left one made of full leaves
+        middle = start + max(((stop - start) // 2 + LEAF // 2) // LEAF, 1) * LEAF
+        _select(boxes, order, start, stop, middle, widest_axis)
+        return middle
+    i, j = start, stop - 1
+    while i <= j:
+        key = boxes[order[i], best_axis] + boxes[order[i], 3 + best_axis]
+        if int((key - best_low) / best_width) < best_bin:
+            i += 1
+        else:
+            order[i], order[j] = order[j], order[i]
+            j -= 1
+    return i
+
+
+@jit
+def _best_plane(boxes, order, start, stop, axis, low, width, scratch):
+    """Cost of the best plane across an axis and the first bin right of it; infinite if none is balanced enough."""
+    bins, number, right, box = scratch
+    number[:] = 0
+    for b in range(_BINS):
+        _clear(bins[b])
+    for q in range(start, stop):
+        t = order[q]
+        b = int((boxes[t, axis] + boxes[t, 3 + axis] - low) / width)
+        number[b] += 1
+        _grow(bins[b], boxes[t])
+    _clear(box)
+    count = 0
+    for b in range(_BINS - 1, 0, -1):
+        _grow(box, bins[b])
+        count += number[b]
+        right[b] = _surface(box) * _leaves(count)
+    _clear(box)
+    best, best_bin, count, total = math.inf, 0, 0, stop - start
+    for b in range(1, _BINS):
+        _grow(box, bins[b - 1])
+        count += number[b - 1]
+        if min(count, total - count) * _LEAST_PART >= total:
+            cost = _surface(box) * _leaves(count) + right[b]
+            if cost < best:
+                best, best_bin = cost, b
+    return best, best_bin
+
+
+@jit
+def _leaves(count):
+    return (count + LEAF - 1) // LEAF
+
+
+@jit
+def _clear(box):
+    for d in range(3):
+        box[d], box[3 + d] = math.inf, -math.inf
+
+
+@jit
+def _grow(box, other):
+    for d in range(3):
+        box[d], box[3 + d] = min(box[d], other[d]), max(box[3 + d], other[3 + d])
+
+
+@jit
+def _surface(box):
+    """Half the surface of a box; 0 if it is empty."""
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
+    return x * y + y * z + z * x if x >= 0.0 else 0.0
+
+
+@jit
+def _surface_of(boxes, order, start, stop, box):
+    _clear(box)
+    for q in range(start, stop):
+        _grow(box, boxes[order[q]])
+    return _surface(box)
+
+
+@jit
+def _select(boxes, order, start, stop, middle, axis):
+    """Reorder a range so that box centres left of middle are not above those right of it (quickselect)."""
+    left, right = start, stop - 1
+    while left < right:
+        pivot = boxes[order[(left + right) >> 1], axis] + boxes[order[(left + right) >> 1], 3 + axis]
+        i, j = left, right
+        while i <= j:
+            while boxes[order[i], axis] + boxes[order[i], 3 + axis] < pivot:
+                i += 1
+            while boxes[order[j], axis] + boxes[order[j], 3 + axis] > pivot:
+                j -= 1
+            if i <= j:
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            right = j
+        elif middle >= i:
+            left = i
+        else:
+            return

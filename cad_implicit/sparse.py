@@ -36,6 +36,16 @@ _MAX_BRICKS = 2**21
 _PRUNE_SLACK = 1 + 1e-6
 
 
+#: Fewer items than this are not worth a second thread: starting one on a busy machine takes 2 ms on average (8 ms at
+#: the 95th percentile), the work on them under 1 ms.
+_SERIAL_ITEMS = 20_000
+
+
+def worthwhile(threads: int | None, items: int) -> int | None:
+    """Threads for a kernel over so many items: one if they are few."""
+    return 1 if items < _SERIAL_ITEMS and (threads is None or threads > 1) else threads
+
+
 @dataclass(frozen=True, eq=False)
 class Bricks:
     """Values at the nodes of bricks of 8³ nodes, in Morton order.
@@ -83,7 +93,7 @@ class _Sampler:
 
     def at_blocks(self, bricks: NDArray[np.int32], ids: NDArray[np.int64], size: int) -> FloatArray:
         """Values (N,) at the centres of the sub-blocks ``ids`` of ``size`` nodes a side."""
-        with parallel.threads(self.threads):
+        with parallel.threads(worthwhile(self.threads, len(ids))):
             points = kernels.block_centres(bricks, ids, size, self.origin, self.spacing)
         return self(points)
 
@@ -135,7 +145,7 @@ def sample_bricks(
         blocks, values = _by_octree(sampler, counts, implicit.lipschitz, progress)
     else:
         blocks, values = _everywhere(sampler, counts, progress)
-    with parallel.threads(threads):
+    with parallel.threads(worthwhile(threads, 27 * len(blocks))):
         neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
     progress("sample", 1.0)
     return Bricks(origin, float(spacing), blocks, values, neighbours, box, sampler.cropped)
@@ -210,7 +220,7 @@ def _everywhere(
         kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
         state[start : start + _CHUNK_BRICKS] = kernels.sign_states(out)
         mixed.append(out[state[start : start + _CHUNK_BRICKS] == 0])
-    with parallel.threads(sampler.threads):
+    with parallel.threads(worthwhile(sampler.threads, 27 * len(blocks))):
         needed = kernels.blocks_beside_others(blocks, kernels.morton_keys(blocks), state)
     signs = np.where(state[needed] > 0, kernels.SIGN_ONLY, -kernels.SIGN_ONLY)
     values = np.repeat(signs[:, None], kernels.NODES, axis=1)

@@ -24,7 +24,9 @@ def count_bits(word):
     x = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
     x = (x & np.uint64(0x3333333333333333)) + ((x >> np.uint64(2)) & np.uint64(0x3333333333333333))
     x = (x + (x >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return np.int64((x * np.uint64(0x0101010101010101)) >> np.uint64(56))
+    x += x >> np.uint64(8)
+    x += x >> np.uint64(16)
+    return np.int64((x + (x >> np.uint64(32))) & np.uint64(127))
 
 
 @jit

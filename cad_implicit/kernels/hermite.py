@@ -15,17 +15,21 @@ from .jit import parallel_jit
 #: A step along the edge this short, in spacings, ends the search whatever the function does (jumps, flat spots).
 _SHORTEST_STEP = 1e-9
 
+#: How far beside the expected root to look, in spacings. Gradients of distances are differences of points, all
+#: rounding error on the surface itself; the foot point makes up for it, and it is within the tolerance.
+_ASIDE = 3e-4
+
 
 @parallel_jit
 def first_guess(values):
-    """Fractions (N,) of the edges where the line through the end values (N, 2) is zero."""
+    """Fractions (N,) of the edges beside the zero of the line through the end values (N, 2)."""
     at = np.empty(len(values))
     for n in numba.prange(len(values)):
         low, high = values[n, 0], values[n, 1]
         if abs(low) == math.inf or abs(high) == math.inf or low == high:
             at[n] = 0.5
         else:
-            at[n] = min(max(low / (low - high), 1e-3), 1 - 1e-3)
+            at[n] = min(max(low / (low - high), 1e-3), 1 - 1e-3) + _ASIDE
     return at
 
 
@@ -63,7 +67,7 @@ def narrow(pending, code, values, bracket, at, points, f, gradient, spacing, tol
         values[n, side] = f[q]
         low, high = bracket[n, 0], bracket[n, 1]
         slope = (gx * along[0] + gy * along[1] + gz * along[2]) * spacing
-        step = at[n] - f[q] / slope if slope != 0 else -1.0
+        step = at[n] - f[q] / slope + _ASIDE if slope != 0 else -1.0
         if not (step > low and step < high):
             # The secant of the bracket; halving one end's weight when the other one does not move (Illinois).
             a, b = values[n, 0], values[n, 1]

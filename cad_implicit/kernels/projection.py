@@ -11,6 +11,15 @@ from .jit import jit, parallel_jit
 #: by that much between two probes 0.24 spacings apart.
 _CREASE_COSINE = 0.97
 
+#: Nearest and farthest probes beside a sharp vertex, in spacings: far enough to tell sharp from curved and to forgive a
+#: poor first position; then as near as the last step was long, because tangent planes of curved faces turn with the
+#: distance, but not nearer, or both probes may lie on one side of the crease.
+_NEAR_PROBE, _FAR_PROBE = 0.02, 0.12
+
+#: How far a probe beside a corner is lifted off its face, over its distance from the corner: on the surface itself the
+#: gradient of a distance is all rounding error.
+_LIFT = 0.1
+
 #: Three normals whose volume is smaller than this make a crease, not a corner.
 _CORNER_VOLUME = 0.15
 
@@ -62,11 +71,15 @@ def step_smooth(pending, points, f, gradient, start, limit, tolerance, position,
 
 
 @parallel_jit
-def probe_points(vertices, position, rank, planes, foot, normal, distance):
-    """Points (N, 3, 3) beside sharp vertices, one on each face; rank 2 uses the first two."""
+def probe_points(vertices, position, rank, planes, foot, normal, last_step, spacing):
+    """Points (N, 3, 3) beside sharp vertices, one on each face; rank 2 uses the first two.
+
+    ``last_step`` (V,) is the length in mm of each vertex's last step, infinite at first.
+    """
     probes = np.empty((len(vertices), 3, 3))
     for q in numba.prange(len(vertices)):
         v = vertices[q]
+        distance = min(max(last_step[v], _NEAR_PROBE * spacing), _FAR_PROBE * spacing)
         if rank[v] == 2:
             m, n = planes[v, 0], planes[v, 1]
             across = probes[q, 2]
@@ -85,7 +98,7 @@ def probe_points(vertices, position, rank, planes, foot, normal, distance):
                 length = _normalise(away)
                 step = min(distance, 0.5 * length)
                 for d in range(3):
-                    away[d] = position[v, d] + step * away[d]
+                    away[d] = position[v, d] + step * (away[d] + _LIFT * normal[planes[v, p], d])
     return probes
 
 
@@ -116,13 +129,27 @@ def _three_planes(n, height, shift):
     return abs(volume)
 
 
+@jit
+def _tangent_planes(vertex, count, probes, f, gradient, n, height):
+    """Find unit normals and heights above ``vertex`` of the planes seen by the probes; False if one has no gradient."""
+    for p in range(count):
+        for d in range(3):
+            n[p, d] = gradient[p, d]
+        length = _normalise(n[p])
+        if not (length > 0 and length < math.inf):
+            return False
+        height[p] = -f[p] / length
+        for d in range(3):
+            height[p] += n[p, d] * (probes[p, d] - vertex[d])
+    return True
+
+
 @parallel_jit
-def step_sharp(vertices, probes, f, gradient, start, limit, tolerance, final, rank, position):
+def step_sharp(vertices, probes, f, gradient, start, limit, tolerance, rank, last_step, position):
     """Move sharp vertices onto the tangent planes of their probes.
 
-    Returns the outcome (N,) int8: 0 settled, 1 look again, 2 not sharp or out of reach (``limit`` mm from its
-    start). Three planes that hardly make a corner leave a crease (rank 2). In the ``final`` round a vertex that
-    still moves by more than ``tolerance`` is settled.
+    Returns the outcome (N,) int8: 0 settled (the step was below ``tolerance`` mm), 1 look again, 2 not sharp or out
+    of reach (``limit`` mm from its start). Three planes that hardly make a corner leave a crease (rank 2).
     """
     outcome = np.zeros(len(vertices), np.int8)
     for q in numba.prange(len(vertices)):
@@ -130,34 +157,29 @@ def step_sharp(vertices, probes, f, gradient, start, limit, tolerance, final, ra
         n = np.empty((3, 3))
         height = np.empty(3)
         shift = np.empty(3)
-        count = 3 if rank[v] == 3 else 2
-        valid = True
-        for p in range(count):
-            for d in range(3):
-                n[p, d] = gradient[q, p, d]
-            length = _normalise(n[p])
-            valid &= length > 0 and length < math.inf
-            height[p] = -f[q, p] / length
-            for d in range(3):
-                height[p] += n[p, d] * (probes[q, p, d] - position[v, d])
-        if count == 3 and valid and _three_planes(n, height, shift) < _CORNER_VOLUME:
-            rank[v] = 2
-            outcome[q] = 1
+        if not _tangent_planes(position[v], rank[v], probes[q], f[q], gradient[q], n, height):
+            outcome[q] = 2
             continue
-        if count == 2:
-            valid &= _dot(n[0], n[1]) < _CREASE_COSINE
-            if valid:
-                _two_planes(n, height, shift)
+        if rank[v] == 3:
+            if not _three_planes(n, height, shift) >= _CORNER_VOLUME:
+                rank[v] = 2
+                outcome[q] = 1
+                continue
+        elif _dot(n[0], n[1]) < _CREASE_COSINE:
+            _two_planes(n, height, shift)
+        else:
+            # At first it means that there is no crease; later that the probes were too close together.
+            outcome[q] = 2 if last_step[v] == math.inf else 1
+            last_step[v] = 0.5 * limit
+            continue
         moved = 0.0
-        step = 0.0
-        if valid:
-            for d in range(3):
-                step += shift[d] ** 2
-                moved += (position[v, d] + shift[d] - start[v, d]) ** 2
-        if not valid or not moved <= limit * limit:
+        for d in range(3):
+            moved += (position[v, d] + shift[d] - start[v, d]) ** 2
+        if not moved <= limit * limit:
             outcome[q] = 2
             continue
         for d in range(3):
             position[v, d] += shift[d]
-        outcome[q] = 1 if step > tolerance * tolerance and not final else 0
+        last_step[v] = math.sqrt(_dot(shift, shift))
+        outcome[q] = 1 if last_step[v] > tolerance else 0
     return outcome

@@ -13,11 +13,14 @@ from .jit import jit
 #: Sine of 2 degrees: triangles with a smaller angle are slivers.
 _THIN = 0.035
 
-#: Farthest that the surface may shift, in spacings: at smooth vertices, and at sharp ones.
-_SMOOTH_SHIFT = 0.01
-_SHARP_SHIFT = 0.001
+#: Farthest that the surface may shift, in spacings: at smooth vertices and at sharp ones, doubled to mend a fold.
+#: Flat faces and straight creases do not shift at all; at curved ones the triangles are off by up to 0.3 h²/r in any
+#: case. With a tenth of this, two crossing cylinders of 7 h and 9 h radius kept 129 triangles below 1 degree of 49,000
+#: and 254 self-intersecting pairs, instead of 0 and 21.
+_SMOOTH_SHIFT = 0.02
+_SHARP_SHIFT = 0.01
 
-_ROUNDS = 4
+_ROUNDS = 8
 
 
 @jit
@@ -116,16 +119,20 @@ def _merge_gain(p, faces, facing, rank, head, following, u, v, spacing):
     """By how much the worst triangle around u improves if u moves to v; negative if it must not."""
     if rank[u] > rank[v]:
         return -1.0
-    allowed = spacing * (_SHARP_SHIFT if rank[u] > 1 else _SMOOTH_SHIFT)
     before, after = 2.0, 2.0
     corner = head[u]
     while corner >= 0:
         t, c = corner // 3, corner % 3
+        before = min(before, _quality(p, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]))
+        corner = following[corner]
+    allowed = spacing * (_SHARP_SHIFT if rank[u] > 1 else _SMOOTH_SHIFT) * (2 if before < 0 else 1)
+    corner = head[u]
+    while corner >= 0:
+        t, c = corner // 3, corner % 3
         a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
-        before = min(before, _quality(p, u, a, b, facing[t]))
         if a != v and b != v:
             after = min(after, _quality(p, v, a, b, facing[t]))
-            if after <= 0 or _height(p, u, v, a, b) > allowed:
+            if after <= before or _height(p, u, v, a, b) > allowed:
                 return -1.0
         corner = following[corner]
     return after - before
@@ -188,12 +195,12 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
         return False
     if _valence(head, following, a) < 4 or _valence(head, following, b) < 4:
         return False
-    allowed = spacing * (_SHARP_SHIFT if rank[a] > 1 and rank[b] > 1 else _SMOOTH_SHIFT)
+    before = min(_quality(p, top, a, b, facing[t]), _quality(p, bottom, b, a, facing[s]))
+    allowed = spacing * (_SHARP_SHIFT if rank[a] > 1 and rank[b] > 1 else _SMOOTH_SHIFT) * (2 if before < 0 else 1)
     if _gap(p, a, b, top, bottom) > allowed:
         return False
-    before = min(_quality(p, top, a, b, facing[t]), _quality(p, bottom, b, a, facing[s]))
     after = min(_quality(p, top, a, bottom, facing[s]), _quality(p, top, bottom, b, facing[s]))
-    if after <= 0 or after <= before:
+    if after <= before:
         return False
     _unlink(head, following, b, 3 * t + (c + 2) % 3)
     _unlink(head, following, a, 3 * s + (e + 2) % 3)

@@ -67,7 +67,7 @@ def readable(path: str | Path) -> Path:
         If not; says what is wrong.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):  # unlike Path.is_dir, never raises
         raise FileFormatError(f"{path} is a folder; give a file of {' '.join(INPUT_EXTENSIONS)}")
     check_suffix(path)
     try:
@@ -93,11 +93,11 @@ def check_output(path: str | Path, allowed: tuple[str, ...] = OUTPUT_EXTENSIONS)
         If a B-rep is to be written and neither host is installed.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):  # unlike Path.is_dir, never raises
         raise FileFormatError(f"{path} is a folder; give the name of a file")
     check_suffix(path, allowed)
     folder = path.parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise FileFormatError(f"{path} cannot be written: there is no folder {folder}; make it first")
     if not os.access(folder, os.W_OK):
         raise FileFormatError(f"{path} cannot be written: the folder {folder} is read-only; choose another")

@@ -155,8 +155,21 @@ def united(shape: Shape) -> list[Shape]:
 
 
 def _fused(parts: list[Shape]) -> list[Shape]:
+    """Solids of the union, or the parts themselves if the kernel fails at it."""
     if len(parts) == 1:
         return parts
+    try:
+        with silence():
+            result = _fuse(parts)
+            good = bool(result) and all(is_valid(solid) for solid in result)
+            before, after = [volume(part) for part in parts], sum(volume(solid) for solid in result)
+    except Exception:  # OCP raises its own family of errors, which differs between versions
+        return parts
+    low, high = max(before) * (1 - _VOLUME_SLACK), sum(before) * (1 + _VOLUME_SLACK)
+    return result if good and low <= after <= high else parts
+
+
+def _fuse(parts: list[Shape]) -> list[Shape]:
     arguments, tools = _List(), _List()
     arguments.Append(parts[0])
     for part in parts[1:]:
@@ -165,16 +178,8 @@ def _fused(parts: list[Shape]) -> list[Shape]:
     fuse.SetArguments(arguments)
     fuse.SetTools(tools)
     fuse.SetNonDestructive(True)
-    try:
-        with silence():
-            fuse.Build()
-            result = list(distinct(fuse.Shape(), TopAbs_SOLID)) if fuse.IsDone() else []
-            good = bool(result) and all(is_valid(solid) for solid in result)
-            before, after = [volume(part) for part in parts], sum(volume(solid) for solid in result)
-    except Exception:  # OCP raises its own family of errors, which differs between versions
-        return parts
-    low, high = max(before) * (1 - _VOLUME_SLACK), sum(before) * (1 + _VOLUME_SLACK)
-    return result if good and low <= after <= high else parts
+    fuse.Build()
+    return list(distinct(fuse.Shape(), TopAbs_SOLID)) if fuse.IsDone() else []
 
 
 def distinct(shape: Shape, kind: Any) -> Iterator[Shape]:

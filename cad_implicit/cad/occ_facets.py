@@ -17,10 +17,13 @@ from cad_implicit.mesh import Mesh
 
 from .occ import Shape, compound, explore, is_valid, silence, volume
 from .shells import solids_of
-from .weld import NEAR
+from .weld import NEAR, outward
 
 #: Largest difference in volume between the triangles and the solid made of them, as a share.
 _VOLUME_SLACK = 1e-6
+
+#: Points closer than this are one to the kernel (its ``Precision::Confusion``), in mm.
+_RESOLUTION = 1e-7
 
 
 def facets(mesh: Mesh) -> Shape:
@@ -35,10 +38,13 @@ def facets(mesh: Mesh) -> Shape:
     OpenMeshError
         If the mesh is not closed.
     InvalidMeshError
-        If the kernel finds the solid invalid (the mesh overlaps itself).
+        If the kernel finds the solid invalid, or the mesh is flat, or a shell is inside out and lies in no other.
     """
-    simple = _simplified(mesh.require_closed())
-    return compound([_solid(simple, shells) for shells in solids_of(simple)])
+    simple = _simplified(outward(mesh.require_closed()))
+    solids = [_solid(simple, shells) for shells in solids_of(simple)]
+    if not solids:
+        raise InvalidMeshError(f"the mesh of {len(mesh.faces):,} triangles is flat: it encloses {mesh.volume:.3g} mm³")
+    return compound(solids)
 
 
 def _simplified(mesh: Mesh) -> Mesh:
@@ -48,33 +54,41 @@ def _simplified(mesh: Mesh) -> Mesh:
     body = Manifold(Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
         return mesh
-    result = body.simplify(NEAR * mesh.diagonal).to_mesh64()
-    return Mesh(np.asarray(result.vert_properties)[:, :3], np.asarray(result.tri_verts, np.int64), None, mesh.source)
+    result = body.simplify(max(NEAR * mesh.diagonal, 2 * _RESOLUTION)).to_mesh64()
+    corners = np.asarray(result.tri_verts, np.int64)
+    return Mesh(np.asarray(result.vert_properties)[:, :3], corners, None, mesh.source) if len(corners) else mesh
 
 
 def _solid(mesh: Mesh, shells: list[NDArray[np.intp]]) -> Shape:
     """Solid of an outer shell and its cavities, each given by its triangles' numbers."""
-    expected = 0.0
+    meshes = [Mesh(mesh.vertices, mesh.faces[triangles]) for triangles in shells]
+    expected = sum(part.volume for part in meshes)
+    try:
+        plain = _assembled(meshes)
+        for result in (_merged(plain), plain):
+            if is_valid(result) and abs(volume(result) - expected) <= _VOLUME_SLACK * expected:
+                return result
+        reason = "is not valid"
+    except Exception as error:  # OCP raises its own family of errors, which differs between versions
+        reason = f"cannot be made ({type(error).__name__})"
+    raise InvalidMeshError(
+        f"the solid of {sum(map(len, shells)):,} triangles {reason}: some cross each other, or are too small for the "
+        f"kernel's resolution of {_RESOLUTION:g} mm; write a mesh (.stl, .3mf) instead"
+    )
+
+
+def _assembled(meshes: list[Mesh]) -> Shape:
+    """Solid with one face for each triangle, one shell for each mesh."""
     solid, builder = TopoDS_Solid(), BRep_Builder()
     builder.MakeSolid(solid)
-    for triangles in shells:
-        part = Mesh(mesh.vertices, mesh.faces[triangles])
-        expected += part.volume
+    for mesh in meshes:
         shell = TopoDS_Shell()
         builder.MakeShell(shell)
-        for face in explore(_faces(part), TopAbs_FACE):
+        for face in explore(_faces(mesh), TopAbs_FACE):
             builder.Add(shell, face)
         shell.Closed(True)
         builder.Add(solid, shell)
-    merged = _merged(solid)
-    for result in (merged, solid):
-        if result is not None and is_valid(result) and abs(volume(result) - expected) <= _VOLUME_SLACK * expected:
-            return result
-    count = sum(map(len, shells))
-    raise InvalidMeshError(
-        f"the B-rep kernel finds the solid of {count:,} triangles invalid, probably because they cross each other; "
-        "write a mesh (.stl, .3mf) instead"
-    )
+    return solid
 
 
 def _faces(mesh: Mesh) -> Shape:
@@ -89,12 +103,12 @@ def _faces(mesh: Mesh) -> Shape:
     return maker.Shape()
 
 
-def _merged(solid: Shape) -> Shape | None:
-    """Solid with the faces in one plane merged; None if the kernel fails at it."""
+def _merged(solid: Shape) -> Shape:
+    """Solid with the faces in one plane merged; the same solid if the kernel fails at it."""
     unify = ShapeUpgrade_UnifySameDomain(solid, True, True, False)
     try:
         with silence():
             unify.Build()
-    except Exception:  # OCP raises its own family of errors, which differs between versions
-        return None
-    return unify.Shape()
+        return unify.Shape()
+    except Exception:  # as above
+        return solid

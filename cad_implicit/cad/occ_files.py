@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
+from typing import Any
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.BRep import BRep_Builder
@@ -18,6 +22,13 @@ from OCP.TopoDS import TopoDS_Shape
 from cad_implicit.errors import FileFormatError
 
 from .occ import Shape, silence
+
+#: The last shape's end, and the reference to the shape that the file is about.
+_BREP_END = re.compile(rb"\*\s+[+-]\d+\s+\d+\s*$")
+#: The line of seven flags that each shape has.
+_BREP_FLAGS = re.compile(rb"^[01]{7}\s*$", re.MULTILINE)
+
+_STDOUT_LOCK = RLock()
 
 
 def read(path: Path) -> Shape:
@@ -58,17 +69,58 @@ def _read_step(path: Path) -> Shape | None:
     reader = STEPControl_Reader()
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
         return None
+    faults = _faults(reader)
+    if faults:  # to go on would crash the process now and then, or lose faces
+        raise FileFormatError(f"{path} is corrupt, with {len(faults)} faults, the first: {faults[0]}; export it again")
     reader.SetSystemLengthUnit(1.0)  # in mm, whatever another library in this process has chosen
     reader.TransferRoots()
     return reader.OneShape()
 
 
+def _faults(reader: Any) -> list[str]:
+    """Faults of syntax and references to what is missing; those of single entities are left to the kernel."""
+    checks, found = reader.WS().ModelCheckList(), []
+    checks.Start()
+    while checks.More():
+        if checks.Number() == 0:  # the file as a whole
+            found += [checks.Value().CFail(number) for number in range(1, checks.Value().NbFails() + 1)]
+        checks.Next()
+    return found
+
+
 def _read_brep(path: Path) -> Shape | None:
-    with path.open("rb") as file:
-        if b"CASCADE Topology" not in file.read(256):
-            raise FileFormatError(f"{path} is not a text BREP file of Open CASCADE; export it again as BREP or STEP")
+    """Read a text BREP, once it is seen to be whole: on a cut one the kernel's reader may never come back."""
+    data = path.read_bytes()
+    table = re.search(rb"^TShapes (\d+)", data, re.MULTILINE)
+    if b"CASCADE Topology" not in data[:256]:
+        raise FileFormatError(f"{path} is not a text BREP file of Open CASCADE; export it again as BREP or STEP")
+    if table is None or not _BREP_END.search(data[-256:]):
+        raise FileFormatError(f"{path} is cut short: no shape at the end of {len(data):,} bytes; export it again")
+    shapes, expected = len(_BREP_FLAGS.findall(data, table.end())), int(table[1])
+    if shapes < expected:
+        raise FileFormatError(f"{path} is corrupt: it holds {shapes:,} of {expected:,} shapes; export it again")
+    del data
     shape = TopoDS_Shape()
-    return shape if BRepTools.Read_s(shape, str(path), BRep_Builder()) else None
+    with _no_stdout():
+        return shape if BRepTools.Read_s(shape, str(path), BRep_Builder()) else None
+
+
+@contextmanager
+def _no_stdout() -> Iterator[None]:
+    """Send file descriptor 1 nowhere: the BREP reader complains there, past all messengers."""
+    with _STDOUT_LOCK:
+        try:
+            before, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+        except OSError:  # no standard output, as in a windowed program
+            yield
+            return
+        try:
+            os.dup2(nowhere, 1)
+            yield
+        finally:
+            os.dup2(before, 1)
+            os.close(before)
+            os.close(nowhere)
 
 
 def write(shape: Shape, path: Path, name: str, time: str) -> None:

@@ -105,9 +105,9 @@ def _solid_mesh(solid: Shape, numbers: Any) -> Mesh | None:
 
 def _face_arrays(triangulation: Any, location: Any, reverse: bool) -> tuple[FloatArray, NDArray[np.integer]]:
     """Nodes and triangles of one face in place, counter-clockwise seen from outside the material."""
-    points = np.array([triangulation.Node(i).Coord() for i in range(1, triangulation.NbNodes() + 1)])
-    corners = [triangulation.Triangle(i).Get() for i in range(1, triangulation.NbTriangles() + 1)]
-    triangles = np.array(corners, np.int32) - 1
+    node, triangle = triangulation.Node, triangulation.Triangle  # bound once: half the time is such look-ups
+    points = np.array([node(i).Coord() for i in range(1, triangulation.NbNodes() + 1)])
+    triangles = np.array([triangle(i).Get() for i in range(1, triangulation.NbTriangles() + 1)], np.int32) - 1
     if not location.IsIdentity():
         move = location.Transformation()
         matrix = np.array([[move.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])

@@ -222,7 +222,7 @@ def _triangles(part: Any) -> Mesh | None:
     """Mesh of an object that holds triangles; None if it holds something else."""
     if isinstance(part, Mesh):
         return outward(part)
-    source: dict[str, object] = {"kind": "mesh", "name": "mesh"}
+    source: dict[str, object] = {"kind": "mesh", "name": "mesh", "tolerance": None}
     if hasattr(part, "wrapped"):
         return None
     if hasattr(part, "geometry") and callable(getattr(part, "to_mesh", None)):  # a trimesh.Scene

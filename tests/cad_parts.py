@@ -1,10 +1,24 @@
-"""B-rep parts for the tests of cad, built with raw OCP so that they run with either host."""
+"""Parts for the tests of cad; B-reps are built with raw OCP, so that they run with either host."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+import trimesh
+
+from cad_implicit import Field, Grid, Mesh
+
+
+def ball(radius: float = 7.3, at: tuple[float, float, float] = (31.7, -12.9, 105.3)) -> Mesh:
+    raw = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+    return Mesh(raw.vertices + at, raw.faces, source={"name": "ball"})
+
+
+def sampled(dim: int = 3, dtype: type = np.float32) -> Field:
+    shape = (5, 4, 3)[:dim]
+    grid = Grid((-1.5, 2.25, 10.125)[:dim], (0.1, 0.25, 0.7)[:dim], shape)
+    return Field(grid, np.arange(np.prod(shape)).reshape(shape).astype(dtype))
 
 
 def primitives() -> dict[str, tuple[Any, float]]:

@@ -105,7 +105,7 @@ def contour_curves(field: Field) -> list[NDArray[np.float64]]:
     from skimage.measure import find_contours
 
     values, padding = _prepared(field)
-    curves = find_contours(values, 0.0, fully_connected="low", positive_orientation="low")
+    curves = find_contours(values, 0.0, fully_connected="low", positive_orientation="high")
     return [(curve - padding) * field.grid.spacing + field.grid.origin for curve in curves]
 
 
@@ -125,4 +125,4 @@ def _prepared(field: Field) -> tuple[NDArray[np.float32], int]:
         GeometryWarning,
         stacklevel=3,
     )
-    return np.pad(values, 1, constant_values=-clearance), 1
+    return np.pad(values, 1, constant_values=-float(np.abs(values).max()) / _NODE_CLEARANCE), 1

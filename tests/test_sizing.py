@@ -1,0 +1,90 @@
+"""Sizing: defaults, refusals with figures, the memory that is really used."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from cad_implicit import sizing
+from cad_implicit.errors import MemoryLimitError, RadiusError, RefusedError, SpacingError
+from cad_implicit.sizing import Engine
+
+BOX = [[0, 0, 0], [30, 40, 120]]
+ENGINES: list[Engine] = ["exact", "reinit"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_default_spacing(engine: Engine) -> None:
+    assert sizing.choose_spacing(BOX, 3, engine=engine) == pytest.approx(0.5)
+    assert sizing.choose_spacing(BOX, 30, engine=engine) == pytest.approx(1.3)
+    assert sizing.choose_spacing(BOX, 3, engine=engine, spacing=0.7) == 0.7
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("tolerance", [0.3, 0.05])
+def test_tolerance_bounds_the_error(engine: Engine, tolerance: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sizing, "available_memory", lambda: 2**50)
+    h = sizing.choose_spacing(BOX, 3, engine=engine, tolerance=tolerance)
+    assert sizing.error_bound(h, 3, engine) <= tolerance * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_memory_is_estimated_before_it_is_taken(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sizing, "available_memory", lambda: 2**27)
+    with pytest.raises(MemoryLimitError, match=r"needs \d+.* GiB, but 0.1 GiB may be used; use a spacing of") as error:
+        sizing.choose_spacing(BOX, 3, engine=engine, spacing=0.01)
+    fits = float(str(error.value).split("spacing of ")[2].split(" mm")[0])
+    assert sizing.choose_spacing(BOX, 3, engine=engine, spacing=fits) == fits
+    tight = sizing.choose_spacing(BOX, 0.1, engine=engine)
+    assert sizing.estimate_memory(BOX, tight, 0, engine) <= 2**27 * 1.0001
+    assert tight > 0.1 / 6
+
+
+@pytest.mark.parametrize("bad", [0, -1, float("nan"), float("inf")])
+def test_bad_numbers(bad: float) -> None:
+    with pytest.raises(RadiusError, match="positive number"):
+        sizing.check_radius(bad, BOX, opening=False)
+    for name in ("spacing", "tolerance"):
+        with pytest.raises(SpacingError, match="positive number"):
+            sizing.choose_spacing(BOX, 3, engine="exact", **{name: bad})  # type: ignore[arg-type]
+    with pytest.raises(SpacingError, match="not both"):
+        sizing.choose_spacing(BOX, 3, engine="exact", spacing=1, tolerance=1)
+
+
+def test_radius_must_fit_the_part() -> None:
+    assert sizing.check_radius(15, BOX, opening=True) == 15
+    with pytest.raises(RadiusError, match=r"30 x 40 x 120 mm: it may be at most 15 mm, half its smallest side"):
+        sizing.check_radius(15.01, BOX, opening=True)
+    assert sizing.check_radius(60, BOX, opening=False) == 60
+    with pytest.raises(RadiusError, match="at most 65 mm, half its diagonal"):
+        sizing.check_radius(66, BOX, opening=False)
+
+
+def test_too_many_triangles_are_refused_unless_forced() -> None:
+    with pytest.raises(RefusedError, match="million triangles"):
+        sizing.check_triangles(1e4, 0.01, force=False)
+    sizing.check_triangles(1e4, 0.01, force=True)
+    sizing.check_triangles(1e4, 0.1, force=False)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_estimate_holds(engine: Engine) -> None:
+    """Peak memory of a real run, less that of a tiny one, stays below the estimate, which is not wildly too high."""
+    code = f"""
+import sys; sys.path.insert(0, {str(__file__).rsplit("/", 1)[0]!r})
+import resource, shapes
+from cad_implicit import run, sizing
+part = shapes.corner(15)
+run(part, "smooth", 3, spacing=1.5, engine={engine!r})
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+run(part, "smooth", 3, spacing=0.25, engine={engine!r})
+used = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
+print(used / sizing.estimate_memory(part.bounds, 0.25, 3, {engine!r}))
+"""
+    if sys.platform == "win32":
+        pytest.skip("no resource module on Windows")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert 0.2 < float(done.stdout) < 1.0

@@ -22,6 +22,7 @@ from .implicit import FloatArray, Implicit
 from .kernels.bvh import Tree, build_tree
 from .kernels.closest import any_within, closest_points, signed_distances, unsigned_distances
 from .kernels.raster import WIDEN, fill_slabs, slab_members
+from .kernels.triangle import FACE
 from .kernels.winding import winding_numbers
 from .mesh import Mesh
 from .parallel import Progress, no_progress
@@ -108,6 +109,8 @@ class MeshDistance(Implicit):
                 )
         #: The hierarchy of triangles, for kernels.
         self.tree: Tree = tree._replace(by_winding=1 if reason else 0)
+        beyond = mesh.bounds[1] + (mesh.bounds[1] - mesh.bounds[0]).max() / 2
+        self.tree = self.tree._replace(exterior=1 if self(beyond[None])[0] > 0 else 0)
 
     @property
     def sign(self) -> Literal["pseudonormal", "winding"]:
@@ -131,7 +134,8 @@ class MeshDistance(Implicit):
         """Closest point, triangle and pseudonormal for points ``(N, 3)`` in mm."""
         with parallel.threads(self.threads):
             distance, point, triangle, position, feature = closest_points(self.tree, _as_points(points))
-        return Closest(distance, point, triangle, self.tree.normals[position, feature])
+        normal = np.where(position[:, None] >= 0, self.tree.normals[position, feature], np.nan)
+        return Closest(distance, point, triangle, normal)
 
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
         """Whether the surface comes nearer to points ``(N, 3)`` than a radius, one for all or ``(N,)``, in mm."""
@@ -194,8 +198,6 @@ def sample_distance(
     scaled_band = width / scale * WIDEN
     first, members = slab_members(tree.corners, tree.order, origin[0], step[0], grid.shape[0], scaled_band)
     is_open = bool(tree.by_winding) and distance.mesh.open_edges > 0
-    low, high = distance.bounds
-    exterior = bool(distance(high[None] + (high - low).max())[0] > 0)
     values: NDArray[np.float32] = np.zeros(grid.shape, np.float32)
     slabs = len(first) - 1
     batch = max(1, _BATCH_NODES * slabs // grid.size)
@@ -203,10 +205,8 @@ def sample_distance(
         progress("distance", start / slabs)
         stop = min(start + batch, slabs)
         with parallel.threads(threads):
-            fill_slabs(
-                tree, origin, step, scaled_band, (start, stop), get_num_threads(), first, members, exterior, is_open,
-                values,
-            )  # fmt: skip
+            workers = get_num_threads()
+            fill_slabs(tree, origin, step, scaled_band, (start, stop), workers, first, members, is_open, values)
     progress("distance", 1.0)
     return Field(grid, values, distance.bounds, lipschitz=1.0)
 
@@ -240,13 +240,13 @@ def _doubts(mesh: Mesh, tree: Tree, count: int | None) -> str:
     """Why pseudonormals would not tell inside from outside, or nothing."""
     if mesh.open_edges:
         return f"the mesh is not closed: {mesh.open_edges} edges are open or shared by more than two triangles"
-    area = np.linalg.norm(mesh.face_vectors, axis=1)
-    good = np.flatnonzero(area > 0)
+    normals = tree.normals[:, FACE]
+    good = np.flatnonzero(normals.any(axis=1))
     if len(good) == 0:
         return "the mesh has no area"
     chosen = good[np.linspace(0, len(good) - 1, min(len(good), _OVERLAP_SAMPLES)).astype(np.int64)]
-    centres = mesh.vertices[mesh.faces[chosen]].mean(axis=1)
-    shift = mesh.face_vectors[chosen] / area[chosen, None] * (_OVERLAP_OFFSET * mesh.diagonal)
+    centres = mesh.vertices[mesh.faces[tree.order[chosen]]].mean(axis=1)
+    shift = normals[chosen] * (_OVERLAP_OFFSET * mesh.diagonal)
     with parallel.threads(count):
         number = winding_numbers(tree, np.concatenate([centres - shift, centres + shift]))
     behind, before = number[: len(chosen)], number[len(chosen) :]

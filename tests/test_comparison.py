@@ -53,6 +53,7 @@ def test_a_pin_shows_one_way_only():
     assert result.rms < 0.1
 
 
+@pytest.mark.nojit
 def test_figures_are_plain_json():
     mesh = as_mesh(trimesh.creation.box())
     figures = json.loads(json.dumps(compare(mesh, mesh, samples=10).as_dict()))

@@ -54,6 +54,8 @@ class Tree(NamedTuple):
         For each child: area vector, centre, radius around it.
     by_winding : int
         1 if the winding number tells inside from outside everywhere, 0 if pseudonormals do.
+    exterior : int
+        1 if points far away are inside (the mesh is inside out), else 0.
     """
 
     bounds: np.ndarray
@@ -67,6 +69,7 @@ class Tree(NamedTuple):
     doubtful: np.ndarray
     dipoles: np.ndarray
     by_winding: int
+    exterior: int
 
 
 def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> Tree:
@@ -90,9 +93,8 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> 
     bounds = _bound(corners, vectors, ranges)
     dipoles = _dipoles(corners, vectors, children, ranges)
     blocks = leaf_blocks(corners, first)
-    return Tree(
-        bounds, children, first, blocks, corners, order, np.append(centre, scale), normals, doubtful, dipoles, 0
-    )
+    frame = np.append(centre, scale)
+    return Tree(bounds, children, first, blocks, corners, order, frame, normals, doubtful, dipoles, 0, 0)
 
 
 @jit

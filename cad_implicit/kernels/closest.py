@@ -20,6 +20,8 @@ from .winding import winding_scaled
 
 _ZERO = np.float32(0)
 _REACH = 1e18
+#: Scaled meshes end at 0.51; from afar rounding hides which feature is closest, and with it the sign.
+_OUTSIDE = 2.0
 #: Nearer than this to the surface (scaled), the pseudonormal is a better gradient than the difference of points.
 TOUCH = 1e-10
 
@@ -119,6 +121,8 @@ def within_scaled(tree, x, y, z, radius2, stack):
 @jit
 def is_inside(tree, x, y, z, cx, cy, cz, triangle, feature, stack):
     """Side of a scaled point, given its closest point: by pseudonormal, or winding number where that is in doubt."""
+    if max(abs(x), abs(y), abs(z)) > _OUTSIDE:
+        return tree.exterior == 1
     if tree.by_winding == 1 or (tree.doubtful[triangle] >> feature) & 1:
         return winding_scaled(tree, x, y, z, stack) > 0.5
     n = tree.normals[triangle, feature]
@@ -153,7 +157,8 @@ def nearest(tree, x, y, z, bound, seed, stack):
     d2, cx, cy, cz, t, f = closest_scaled(tree, sx, sy, sz, (bound / frame[3]) ** 2, seed, stack)
     scale = frame[3]
     if t < 0:
-        return math.nan if not d2 <= math.inf else bound, math.nan, math.nan, math.nan, t, f
+        finite = abs(sx + sy + sz) < math.inf
+        return bound if finite else math.nan, math.nan, math.nan, math.nan, t, f
     return math.sqrt(d2) * scale, frame[0] + cx * scale, frame[1] + cy * scale, frame[2] + cz * scale, t, f
 
 

@@ -234,13 +234,13 @@ def _is_inside(tree, x, y, z, code, stack):
 
 
 @jit
-def _sign_row(tree, x, y, z0, dz, best, who, row, band, exterior, is_open, stack):
+def _sign_row(tree, x, y, z0, dz, best, who, row, band, is_open, stack):
     """Turn squared distances of one row into signed distances; beyond the band the side is that of the node before.
 
     A node beyond the band has no surface within a step of it, so its neighbours lie on its side. The first node of
     a row is outside, since the grid holds the mesh.
     """
-    inside = exterior
+    inside = tree.exterior == 1
     scale = tree.frame[3]
     far = band / WIDEN * scale
     k = 0
@@ -262,7 +262,7 @@ def _sign_row(tree, x, y, z0, dz, best, who, row, band, exterior, is_open, stack
 
 
 @parallel_jit
-def fill_slabs(tree, origin, step, band, slabs, workers, first, members, exterior, is_open, values):
+def fill_slabs(tree, origin, step, band, slabs, workers, first, members, is_open, values):
     """Write the signed distances in mm of a range of slabs into ``values``.
 
     Parameters
@@ -279,8 +279,6 @@ def fill_slabs(tree, origin, step, band, slabs, workers, first, members, exterio
         Number of threads; each has scratch for one slab and takes every so many-th.
     first, members
         From :func:`slab_members`.
-    exterior : bool
-        Side of points far from the mesh: True if it is inside out.
     is_open : bool
         Whether inside and outside meet without a surface between them.
     values : (X, Y, Z) float32
@@ -301,12 +299,12 @@ def fill_slabs(tree, origin, step, band, slabs, workers, first, members, exterio
                 for j in range(rows):
                     row = values[i, j]
                     if not (touched[i - start, j] or is_open):
-                        row[:] = band / WIDEN * tree.frame[3] * (1.0 if exterior else -1.0)
+                        row[:] = band / WIDEN * tree.frame[3] * (1.0 if tree.exterior == 1 else -1.0)
                         continue
                     y = origin[1] + j * step[1]
                     _sign_row(
                         tree, x, y, origin[2], step[2], best[i - start, j], who[i - start, j], row,
-                        band, exterior, is_open, stack,
+                        band, is_open, stack,
                     )  # fmt: skip
                     best[i - start, j] = band * band
                     who[i - start, j] = -1

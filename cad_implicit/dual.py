@@ -80,7 +80,7 @@ def dual_contour(
         raise to cancel.
     project : bool
         Move the vertices onto the surface. Without it they are the minimisers of the quadratic error function, and
-        half of the evaluations are saved.
+        a quarter of the evaluations is saved.
     polish : callable, optional
         Maps points (N, 3) to values (N,) and gradients (N, 3) more accurately than the Implicit does; used for the
         last look at points on edges and for all vertices.

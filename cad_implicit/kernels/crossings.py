@@ -100,14 +100,16 @@ def crossing_words(signs, neighbours):
     cells = np.zeros((count, 8), np.uint64)
     faces = np.zeros((count, 24), np.uint64)
     for b in numba.prange(count):
-        c0, c1, c2, c3 = _row_words(signs, neighbours, b, 0)
-        for i in range(8):
-            c4, c5, c6, c7 = _row_words(signs, neighbours, b, i + 1)
-            edges[b, i], edges[b, 8 + i], edges[b, 16 + i] = c0 ^ c4, c0 ^ c2, c0 ^ c1
-            cells[b, i] = (c0 | c1 | c2 | c3 | c4 | c5 | c6 | c7) & ~(c0 & c1 & c2 & c3 & c4 & c5 & c6 & c7)
-            faces[b, i] = _ambiguous(c0, c2, c1, c3)
-            faces[b, 8 + i] = _ambiguous(c0, c4, c1, c5)
-            faces[b, 16 + i] = _ambiguous(c0, c4, c2, c6)
+        c0 = c1 = c2 = c3 = np.uint64(0)
+        for row in range(9):
+            c4, c5, c6, c7 = _row_words(signs, neighbours, b, row)
+            if row > 0:
+                i = row - 1
+                edges[b, i], edges[b, 8 + i], edges[b, 16 + i] = c0 ^ c4, c0 ^ c2, c0 ^ c1
+                cells[b, i] = (c0 | c1 | c2 | c3 | c4 | c5 | c6 | c7) & ~(c0 & c1 & c2 & c3 & c4 & c5 & c6 & c7)
+                faces[b, i] = _ambiguous(c0, c2, c1, c3)
+                faces[b, 8 + i] = _ambiguous(c0, c4, c1, c5)
+                faces[b, 16 + i] = _ambiguous(c0, c4, c2, c6)
             c0, c1, c2, c3 = c4, c5, c6, c7
     return edges, cells, faces
 

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from .cell_tables import LOOP_OF_EDGE, LOOPS
-from .crossings import axis_steps, edge_index
+from .crossings import edge_index
 from .jit import jit, parallel_jit
 
 #: Eigenvalues below this part of the largest one are dropped: two equal weights at 16 degrees have a ratio of 0.02.
@@ -106,6 +106,49 @@ def _representatives(normal, edges, loops, loop, count, out):
                 out[2] = e
 
 
+@jit
+def _crossed_edges(code, row, edge_words, edge_start, neighbours, edges, loops):
+    """Find the crossed edges of a cell with their loops; returns how many."""
+    brick, i, j, k = code >> 9, (code >> 6) & 7, (code >> 3) & 7, code & 7
+    count = 0
+    for local in range(12):
+        loop = LOOP_OF_EDGE[row, local]
+        if loop >= 0:
+            axis, u, v = local >> 2, (local >> 1) & 1, local & 1
+            x = i + (0 if axis == 0 else u)
+            y = j + (u if axis == 0 else (0 if axis == 1 else v))
+            z = k + (0 if axis == 2 else v)
+            edges[count] = edge_index(edge_words, edge_start, neighbours, brick, axis, x, y, z)
+            loops[count] = loop
+            count += 1
+    return count
+
+
+@jit
+def _quadric(edges, loops, loop, count, foot, normal, corner, spacing, a, right, mass):
+    """Set up the error function of a loop about its mass point: matrix ``a`` and right-hand side."""
+    weight = 0
+    mass[:] = 0.0
+    a[:] = 0.0
+    right[:] = 0.0
+    for p in range(count):
+        if loops[p] == loop:
+            weight += 1
+            for d in range(3):
+                mass[d] += (foot[edges[p], d] - corner[d]) / spacing
+    mass /= weight
+    for p in range(count):
+        if loops[p] == loop:
+            n = normal[edges[p]]
+            height = 0.0
+            for d in range(3):
+                height += n[d] * ((foot[edges[p], d] - corner[d]) / spacing - mass[d])
+            for d in range(3):
+                right[d] += height * n[d]
+                for c in range(3):
+                    a[d, c] += n[d] * n[c]
+
+
 @parallel_jit
 def cell_vertices(
     cell_code, rows, first, edge_words, edge_start, neighbours, blocks, origin, spacing, foot, normal, count
@@ -120,55 +163,16 @@ def cell_vertices(
     rank = np.empty(count, np.int8)
     planes = np.zeros((count, 3), np.int32)
     for chunk in numba.prange((len(cell_code) + _CHUNK - 1) // _CHUNK):
-        edges = np.empty(12, np.int64)
-        loops = np.empty(12, np.int64)
+        edges, loops = np.empty(12, np.int64), np.empty(12, np.int64)
         a, vectors = np.empty((3, 3)), np.empty((3, 3))
         right, mass, best, corner = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
         for cell in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cell_code))):
             code = cell_code[cell]
-            brick, i, j, k = code >> 9, (code >> 6) & 7, (code >> 3) & 7, code & 7
-            corner[0] = origin[0] + spacing * (8 * blocks[brick, 0] + i)
-            corner[1] = origin[1] + spacing * (8 * blocks[brick, 1] + j)
-            corner[2] = origin[2] + spacing * (8 * blocks[brick, 2] + k)
-            found = 0
-            for local in range(12):
-                loop = LOOP_OF_EDGE[rows[cell], local]
-                if loop >= 0:
-                    axis, u, v = local >> 2, (local >> 1) & 1, local & 1
-                    _, one, two = axis_steps(axis)
-                    edges[found] = edge_index(
-                        edge_words,
-                        edge_start,
-                        neighbours,
-                        brick,
-                        axis,
-                        i + u * one[0] + v * two[0],
-                        j + u * one[1] + v * two[1],
-                        k + u * one[2] + v * two[2],
-                    )
-                    loops[found] = loop
-                    found += 1
+            for d in range(3):
+                corner[d] = origin[d] + spacing * (8 * blocks[code >> 9, d] + ((code >> (6 - 3 * d)) & 7))
+            found = _crossed_edges(code, rows[cell], edge_words, edge_start, neighbours, edges, loops)
             for loop in range(LOOPS[rows[cell]]):
-                weight = 0
-                mass[:] = 0.0
-                for p in range(found):
-                    if loops[p] == loop:
-                        weight += 1
-                        for d in range(3):
-                            mass[d] += (foot[edges[p], d] - corner[d]) / spacing
-                mass /= weight
-                a[:] = 0.0
-                right[:] = 0.0
-                for p in range(found):
-                    if loops[p] == loop:
-                        e = edges[p]
-                        height = 0.0
-                        for d in range(3):
-                            height += normal[e, d] * ((foot[e, d] - corner[d]) / spacing - mass[d])
-                        for d in range(3):
-                            right[d] += height * normal[e, d]
-                            for c in range(3):
-                                a[d, c] += normal[e, d] * normal[e, c]
+                _quadric(edges, loops, loop, found, foot, normal, corner, spacing, a, right, mass)
                 vertex = first[cell] + loop
                 rank[vertex] = _minimise(a, vectors, right, mass, best)
                 for d in range(3):

@@ -76,6 +76,15 @@ def _unlink(head, following, vertex, corner):
 
 
 @jit
+def _replace(faces, head, following, corner, vertex):
+    """Give a corner another vertex."""
+    _unlink(head, following, faces[corner // 3, corner % 3], corner)
+    faces[corner // 3, corner % 3] = vertex
+    following[corner] = head[vertex]
+    head[vertex] = corner
+
+
+@jit
 def _valence(head, following, vertex):
     n = 0
     corner = head[vertex]
@@ -195,20 +204,20 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
         return False
     if _valence(head, following, a) < 4 or _valence(head, following, b) < 4:
         return False
-    before = min(_quality(p, top, a, b, facing[t]), _quality(p, bottom, b, a, facing[s]))
+    before, after = 2.0, 2.0
+    corners = ((top, a, b, t), (bottom, b, a, s), (top, a, bottom, s), (top, bottom, b, s))
+    for row in range(4):
+        x, y, z, side = corners[row]
+        quality = _quality(p, x, y, z, facing[side])
+        if row < 2:
+            before = min(before, quality)
+        else:
+            after = min(after, quality)
     allowed = spacing * (_SHARP_SHIFT if rank[a] > 1 and rank[b] > 1 else _SMOOTH_SHIFT) * (2 if before < 0 else 1)
-    if _gap(p, a, b, top, bottom) > allowed:
+    if after <= before or _gap(p, a, b, top, bottom) > allowed:
         return False
-    after = min(_quality(p, top, a, bottom, facing[s]), _quality(p, top, bottom, b, facing[s]))
-    if after <= before:
-        return False
-    _unlink(head, following, b, 3 * t + (c + 2) % 3)
-    _unlink(head, following, a, 3 * s + (e + 2) % 3)
-    faces[t, (c + 2) % 3] = bottom
-    faces[s, (e + 2) % 3] = top
-    for corner, vertex in ((3 * t + (c + 2) % 3, bottom), (3 * s + (e + 2) % 3, top)):
-        following[corner] = head[vertex]
-        head[vertex] = corner
+    _replace(faces, head, following, 3 * t + (c + 2) % 3, bottom)
+    _replace(faces, head, following, 3 * s + (e + 2) % 3, top)
     facing[t] = facing[s]
     return True
 
@@ -216,14 +225,17 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
 @jit
 def _try_merge(p, faces, facing, rank, alive, head, following, u, v, spacing):
     """Collapse the edge u v, in the better direction, if that helps."""
-    forth = _merge_gain(p, faces, facing, rank, head, following, u, v, spacing)
-    back = _merge_gain(p, faces, facing, rank, head, following, v, u, spacing)
-    if max(forth, back) <= 0 or not _may_merge(faces, head, following, u, v):
+    best = 0.0
+    gone, kept = u, v
+    for _ in range(2):
+        gain = _merge_gain(p, faces, facing, rank, head, following, u, v, spacing)
+        if gain > best:
+            best = gain
+            gone, kept = u, v
+        u, v = v, u
+    if best <= 0 or not _may_merge(faces, head, following, gone, kept):
         return False
-    if forth >= back:
-        _merge(faces, alive, head, following, u, v)
-    else:
-        _merge(faces, alive, head, following, v, u)
+    _merge(faces, alive, head, following, gone, kept)
     return True
 
 

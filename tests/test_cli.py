@@ -153,7 +153,9 @@ def test_bad_values(arguments: tuple[object, ...], text: str, notch: Path, tmp_p
 
 def test_bad_usage(notch: Path, tmp_path: Path) -> None:
     failed(cli("fillet", notch, "-o", tmp_path / "out.stl"), tmp_path, "--radius", code=2)
-    failed(cli("fillet", notch, "-r", 1, "-o", tmp_path / "out.stl", "--engine", "x"), tmp_path, "not an engine", code=2)
+    failed(
+        cli("fillet", notch, "-r", 1, "-o", tmp_path / "out.stl", "--engine", "x"), tmp_path, "not an engine", code=2
+    )
     failed(cli("fillet", notch, "-r", "two", "-o", tmp_path / "out.stl"), tmp_path, "valid", code=2)
     failed(cli("fillet", notch, "-r", 1, "-o", tmp_path / "out.xyz"), tmp_path, ".xyz")
     failed(cli("fillet", notch, "-r", 1, "-o", tmp_path / "no" / "out.stl"), tmp_path, "no")

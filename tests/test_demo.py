@@ -1,0 +1,59 @@
+"""The demonstration: results written, a picture that shows something, a measured distance to the exact fillet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import cad_implicit as ci
+from cad_implicit.parallel import no_progress
+
+
+@pytest.mark.host
+def test_demo(tmp_path: Path) -> None:
+    pytest.importorskip("OCP")
+    from cad_implicit.report.demo import run_demo
+
+    report = run_demo(tmp_path, 2.0, no_progress)
+    assert report["exact_fillet"] == "ok, 17 concave edges"
+    assert report["distance_rms_in_spacings"] < 0.02
+    assert report["distance_max"] < 0.15 * 2.0  # where edges end in the open, closing and B-rep fillet differ by nature
+    assert report["volume_after"] == pytest.approx(report["volume_exact"], rel=5e-4)
+    for name in ("bracket_fillet.stl", "bracket_fillet.3mf"):
+        assert ci.to_mesh(tmp_path / name).is_watertight
+
+
+@pytest.mark.host
+def test_picture(tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    image = pytest.importorskip("matplotlib.image")
+    import shapes
+
+    from cad_implicit.report.picture import render
+
+    part = shapes.notch(90, 20)
+    render([part, part], ["before", "after"], tmp_path / "x.png")
+    pixels = image.imread(tmp_path / "x.png")[..., :3]
+    assert pixels.shape == (560, 1400, 3)
+    for half in (pixels[:, :700], pixels[:, 700:]):
+        covered = (half.min(axis=2) < 0.95).mean()
+        assert 0.1 < covered < 0.8
+
+
+@pytest.mark.host
+def test_exact_fillet_in_a_child_process() -> None:
+    pytest.importorskip("OCP")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    from cad_implicit.cad.occ_fillet import edges_by_kind, exact_fillet
+
+    box = BRepPrimAPI_MakeBox(10, 10, 10).Solid()
+    assert (len(edges_by_kind(box, "convex")), len(edges_by_kind(box, "concave"))) == (12, 0)
+    rounded = exact_fillet(box, 2, "convex")
+    assert (rounded.status, rounded.edges) == ("ok", 12)
+    assert ci.to_mesh(rounded.shape, tolerance=0.001).volume == pytest.approx(907.70, abs=0.2)
+    assert exact_fillet(box, 5, "convex").status in ("not done", "invalid", "crash")
+    nothing = exact_fillet(box, 1, "concave")
+    assert (nothing.status, nothing.message) == ("not done", "the part has no concave edges")
+    assert exact_fillet(box, 1, "convex", time_limit=0.01).status == "time out"

@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from .redistancing import redistance as redistance
     from .rfunctions import normalize as normalize
     from .rfunctions import taubin as taubin
+    from .simplifying import simplify as simplify
 
 __version__ = "0.1.0"
 
@@ -81,6 +82,7 @@ _HOMES = {
     "round": "ops",
     "run": "job",
     "sample": "field",
+    "simplify": "simplifying",
     "save": "cad",
     "smooth": "ops",
     "taubin": "rfunctions",

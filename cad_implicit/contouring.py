@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError
-from .exact import polished, surface_of
+from .exact import surface_of
 from .field import Field
-from .implicit import Implicit
+from .implicit import Implicit, polished
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 
@@ -71,7 +71,7 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     bounded = surface_of(shape)
-    polish = partial(polished, bounded) if bounded.exact else None
+    polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
 
 

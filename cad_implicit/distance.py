@@ -91,7 +91,7 @@ class MeshDistance(Implicit):
     """
 
     lipschitz = 1.0
-    exact = True
+    exact_inside = exact_outside = True
 
     def __init__(self, mesh: Mesh, *, sign: Sign = "auto", threads: int | None = None) -> None:
         if sign not in ("auto", "pseudonormal", "winding"):

@@ -29,15 +29,16 @@ class Implicit(ABC):
     lipschitz : float or None
         A constant L with ``|f(x) - f(y)| <= L |x - y|``: 1 for distances, None if unknown. Sparse sampling
         skips what cannot hold surface by it.
-    exact : bool
-        Whether values are exact signed distances everywhere, not only near the surface.
+    exact_inside, exact_outside : bool
+        Whether values are exact signed distances everywhere on that side, not only near the surface.
     spacing : float or None
         Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
     """
 
     bounds: FloatArray
     lipschitz: float | None = None
-    exact: bool = False
+    exact_inside: bool = False
+    exact_outside: bool = False
     spacing: float | None = None
 
     @abstractmethod
@@ -59,9 +60,32 @@ class Implicit(ABC):
         """Values ``(N,)`` and gradients ``(N, D)`` at once; cheaper than one after the other for distances."""
         return self(points), self.gradient(points)
 
+    def __or__(self, other: Implicit) -> Implicit:
+        """Union."""
+        from .booleans import Boolean
+
+        return Boolean(self, other, union=True)
+
+    def __and__(self, other: Implicit) -> Implicit:
+        """Intersection."""
+        from .booleans import Boolean
+
+        return Boolean(self, other, union=False)
+
+    def __sub__(self, other: Implicit) -> Implicit:
+        """Difference: this shape without the other."""
+        from .booleans import Boolean
+
+        return Boolean(self, other, union=False, second_sign=-1.0)
+
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
-        """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm; for distances only."""
+        """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm, or may do so; for distances."""
         return np.asarray(np.abs(self(points)) < radius)
+
+    @property
+    def exact(self) -> bool:
+        """Whether values are exact signed distances everywhere."""
+        return self.exact_inside and self.exact_outside
 
     @property
     def dim(self) -> int:
@@ -114,3 +138,10 @@ class Function(Implicit):
         if self._gradient is None:
             return super().gradient(points)
         return np.asarray(self._gradient(np.asarray(points, np.float64)), np.float64)
+
+
+def polished(shape: Implicit, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values and gradients as exact as the shape knows them, for points of its surface."""
+    better = getattr(shape, "polished", shape.value_and_gradient)
+    value, gradient = better(points)
+    return value, gradient

@@ -174,7 +174,7 @@ class _Call:
             raise ValueError(f"engine must be one of {', '.join(get_args(Engine))}, not {engine!r}")
         self.source = as_implicit(shape)
         self.radius = sizing.check_radius(radius, self.source.bounds, opening=opening)
-        self.engine: Engine = engine or ("exact" if self.source.exact else "reinit")
+        self.engine: Engine = engine or ("exact" if self.source.exact_inside or self.source.exact_outside else "reinit")
         self.threads, self.progress, self.margin = threads, progress, margin
         if self.engine == "exact" and self.source.dim != 3:
             raise ValueError('the exact engine works in 3-D; use engine="reinit" in the plane')
@@ -186,8 +186,9 @@ class _Call:
         )
 
     def distance(self, sides: tuple[Side, ...]) -> Implicit:
-        """Exact distance, for the exact engine."""
-        part = exact.distance_to(self.source, self.spacing, threads=self.threads, progress=self.progress)
+        """Exact distance on the sides that matter, for the exact engine."""
+        side: Literal["inside", "outside", "both"] = sides[0] if len(sides) == 1 else "both"
+        part = exact.distance_to(self.source, self.spacing, side, threads=self.threads, progress=self.progress)
         if isinstance(part, MeshDistance):
             self._check_medial_axis(part.mesh, sides)
         return part

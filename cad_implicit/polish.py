@@ -5,50 +5,81 @@ radius r fits outside the part. The set of centres is bounded by offset surfaces
 fillet, the centre of a corner ball, the tip over a plugged hole); y is found by linearising the offsets of the
 features that the ball touches and projecting x onto their half-spaces, over and over (sequential quadratic
 programming). Converges quadratically for smooth features.
+
+Not promised: a centre farther than ``_REACH`` spacings from the rough one is not found; the rough one stays.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from . import parallel
-from .implicit import FloatArray, Implicit
+from .implicit import FloatArray
 from .kernels import halfspaces
 
-#: Half-spaces kept for each centre: three hold it, the others keep it from creeping back into a feature met before.
-_PLANES = 6
+#: Half-spaces kept for each centre: three hold it; over the rim of a hole it needs some more to choose from.
+_PLANES = 8
 
-#: Normals closer than this cosine (20 degrees) belong to the same feature.
-_SAME_FEATURE = 0.94
+#: Longest step, in spacings and in radii. The rough centre is right within 0.07 spacings, so that a step of this length
+#: cuts into the features that hold it; a shorter one leaves the linearised ones more nearly right.
+_STEP_SPACING = 0.3
+_STEP_RADIUS = 0.06
+
+#: Farthest that a polished centre may be from the rough one, in spacings.
+_REACH = 1.0
 
 #: Features are looked up from this share of the radius towards them, where they alone are nearest.
 _LOOK_AHEAD = 0.3
 
-#: Rounds of projecting and linearising anew; planar contacts need one, doubly curved ones three.
-_ROUNDS = 6
+#: Normals closer than this cosine (20 degrees) belong to the same feature, seen from nearby.
+_SAME_FEATURE = 0.94
 
-#: A centre is right when its distance from the part is the radius within this share of it.
-_CONVERGED = 1e-8
+#: Rounds of projecting and looking: planar contacts need two, doubly curved ones five, rims of holes up to a dozen.
+_ROUNDS = 16
 
-#: A polished centre is accepted if the ball there cuts into the part by less than this share of the radius.
-_ACCEPTED = 1e-5
+#: A place is right if the ball there cuts into the part by less than this share of the radius …
+_CONVERGED = 1e-7
+
+#: … and projecting anew moves it by less than this share: the distance from the fillet is off by about half the square
+#: of that, 1e-5 spacings at a radius of 20.
+_CLOSE = 1e-3
+
+#: Places that are not right, but where the ball cuts by less than this share of the radius, are better than nothing:
+#: between the facets of curved faces the rounds may go to and fro.
+_FITS = 1e-6
+
+#: Largest multiple of the last move by which the secant method may extrapolate.
+_FARTHEST = 10.0
+
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def polish_centres(
-    part: Implicit, radius: float, points: FloatArray, centres: FloatArray, *, threads: int | None = None
-) -> tuple[FloatArray, np.ndarray]:
+    part: Evaluate,
+    radius: float,
+    spacing: float,
+    points: FloatArray,
+    centres: FloatArray,
+    *,
+    threads: int | None = None,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Centres of the balls that touch a fillet nearest to given points.
 
     Parameters
     ----------
-    part : Implicit
-        Exact distance, positive inside; the balls lie outside.
+    part : callable
+        Maps points (N, 3) to exact distances (N,), positive inside, and their gradients (N, 3); the balls lie outside.
     radius : float
         Of the ball in mm.
+    spacing : float
+        Rough centres are right within a small share of this, in mm.
     points : (N, 3) float64
         Points on or near the fillet.
     centres : (N, 3) float64
-        Rough centres, right within about a grid spacing.
+        Rough centres.
     threads : int, optional
         Default: all cores.
 
@@ -58,71 +89,121 @@ def polish_centres(
     accepted : (N,) bool
         Where the polish converged; elsewhere the rough centre is returned.
     """
-    problem = _Problem(part, radius, points, threads)
-    everything = np.ones(len(points), bool)
-    problem.add(centres, everything)
-    first = problem.normals[:, 0]
-    problem.add(points + (problem.offsets[:, 0] - (first * points).sum(axis=1))[:, None] * first, everything)
-    active = everything
+    problem = _Problem(part, radius, spacing, points, centres, threads)
+    active = np.arange(len(points))
     for _ in range(_ROUNDS):
-        problem.project()
-        problem.look_again(active)
-        problem.project()
-        gap = problem.add(problem.centres, active, only_violated=True)
-        active = active & ~(np.abs(gap) <= _CONVERGED * radius)
-        if not active.any():
+        if len(active) == 0:
             break
-    problem.project()
-    cut = radius + part(problem.centres)
-    accepted = (problem.mask > 0) & (cut <= _ACCEPTED * radius)
-    return np.where(accepted[:, None], problem.centres, centres), accepted
+        active = problem.advance(active)
+    found = np.where(problem.settled[:, None], problem.goal, problem.best)
+    return centres + radius * found, problem.settled | np.isfinite(problem.shortest)
 
 
 class _Problem:
-    """One projection onto half-spaces for each point, batched."""
+    """One projection onto half-spaces for each point, batched; lengths in radii, from the rough centre."""
 
-    def __init__(self, part: Implicit, radius: float, points: FloatArray, threads: int | None) -> None:
-        self.part, self.radius, self.points, self.threads = part, radius, points, threads
-        self.normals, self.offsets = np.zeros((len(points), _PLANES, 3)), np.zeros((len(points), _PLANES))
-        self.counts = np.zeros(len(points), np.int64)
-        self.centres = points.copy()
-        self.mask = np.zeros(len(points), np.int64)
+    def __init__(
+        self,
+        part: Evaluate,
+        radius: float,
+        spacing: float,
+        points: FloatArray,
+        centres: FloatArray,
+        threads: int | None,
+    ) -> None:
+        count = len(points)
+        self.part, self.radius, self.origin, self.threads = part, radius, centres, threads
+        self.target = (points - centres) / radius
+        self.step = min(_STEP_SPACING * spacing / radius, _STEP_RADIUS)
+        self.reach = _REACH * spacing / radius
+        self.normals, self.offsets = np.zeros((count, _PLANES, 3)), np.zeros((count, _PLANES))
+        self.seen_from = np.zeros((count, _PLANES, 3))
+        self.counts = np.zeros(count, np.int64)
+        #: Where to look next, how far that is from the part less the radius, and where to look from there.
+        self.place, self.gap, self.goal = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3))
+        #: From where steps are measured: a place that cuts into nothing new.
+        self.base = np.zeros((count, 3))
+        #: Last place, its projection, and the half-spaces that held it.
+        self.before, self.before_goal = np.zeros((count, 3)), np.zeros((count, 3))
+        self.held = np.full(count, -1, np.int64)
+        self.settled = np.zeros(count, bool)
+        #: The nearest place that fits, for those that do not settle.
+        self.best, self.shortest = np.zeros((count, 3)), np.full(count, np.inf)
+        everything = np.arange(count)
+        self._look(everything)
+        self.goal, _ = self._project(everything)
 
-    def project(self) -> None:
-        """Centres from the half-spaces."""
+    def advance(self, which: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Step towards the goals and look; returns what is not settled yet."""
+        step = self.goal[which] - self.base[which]
+        length = np.linalg.norm(step, axis=1)
+        arrived = length <= self.step
+        step *= np.minimum(1, self.step / np.maximum(length, 1e-300))[:, None]
+        self.place[which] = self.base[which] + step
+        near = np.linalg.norm(self.place[which], axis=1) <= self.reach
+        which, arrived = which[near], arrived[near]
+        new = self._look(which)
+        self.base[which[~new]] = self.place[which[~new]]
+        self.goal[which], mask = self._project(which)
+        self._refine(which[arrived], mask[arrived])
+        return which[~self.settled[which]]
+
+    def _look(self, which: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Measure how far the balls are from the part; returns which ones cut into a new feature, and adds it."""
+        normal, offset = self._half_spaces(which, self.place[which])
+        self.gap[which] = (normal * self.place[which]).sum(axis=1) - offset
+        new = np.zeros(len(which), np.bool_)
+        cuts = (self.gap[which] < -_CONVERGED) | (self.counts[which] == 0)
         with parallel.threads(self.threads):
-            halfspaces.nearest_feasible_many(
-                self.points, self.normals, self.offsets, self.counts, self.centres, self.mask
-            )
+            new[cuts] = halfspaces.add_planes(
+                self.normals, self.offsets, self.seen_from, self.counts, which[cuts], normal[cuts], offset[cuts],
+                self.place,
+            )  # fmt: skip
+        return new
 
-    def add(self, places: FloatArray, wanted: np.ndarray, *, only_violated: bool = False) -> FloatArray:
-        """Add the half-space of the feature nearest to each wanted place; returns distance from it less the radius."""
-        gap = np.zeros(len(places))
-        normal = np.zeros_like(places)
-        offset = np.zeros(len(places))
-        value, gradient = self.part.value_and_gradient(places[wanted])
-        normal[wanted] = -gradient
-        foot = places[wanted] - value[:, None] * gradient
-        offset[wanted] = self.radius - (gradient * foot).sum(axis=1)
-        gap[wanted] = -value - self.radius
-        take = wanted & (gap < -_CONVERGED * self.radius) if only_violated else wanted
+    def _refine(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
+        """Linearise what holds the centres anew and project again; settles those that this does not move.
+
+        Projections alone converge linearly where a spine is curved, because the half-spaces are flat. The secant
+        method for fixed points (Anderson 1965, DOI 10.1145/321296.321305) makes up for it.
+        """
+        self._look_again(which, mask)
+        place = self.place[which]
+        goal, mask = self._project(which)
+        moved = goal - place
+        self.settled[which] = (np.linalg.norm(moved, axis=1) <= _CLOSE) & (self.gap[which] >= -_CONVERGED) & (mask > 0)
+        change = moved - (self.before_goal[which] - self.before[which])
+        share = (change * moved).sum(axis=1) / np.maximum((change * change).sum(axis=1), 1e-300)
+        usable = (share > -_FARTHEST) & (share < 1) & (mask == self.held[which])
+        share = np.where(usable, share, 0.0)[:, None]
+        faster = goal - share * np.where(usable[:, None], goal - self.before_goal[which], 0.0)
+        self.before[which], self.before_goal[which], self.held[which] = place, goal, mask
+        self.goal[which] = np.where(self.settled[which][:, None], goal, faster)
+        length = np.linalg.norm(self.target[which] - place, axis=1)
+        better = (self.gap[which] >= -_FITS) & (length < self.shortest[which])
+        self.shortest[which[better]], self.best[which[better]] = length[better], place[better]
+
+    def _project(self, which: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Nearest points of the half-spaces, and the bit masks of those that hold them."""
         with parallel.threads(self.threads):
-            halfspaces.add_plane(
-                self.normals, self.offsets, self.counts, normal, offset, take, _SAME_FEATURE, self.centres
+            goal, mask = halfspaces.nearest_feasible_many(
+                which, self.target, self.normals, self.offsets, self.counts, self.place
             )
-        return gap
+        return goal, mask
 
-    def look_again(self, active: np.ndarray) -> None:
-        """Linearise the half-spaces that hold each active centre anew, seen from nearby."""
-        for plane in range(_PLANES):
-            which = np.flatnonzero(active & (self.mask > 0) & ((self.mask >> plane) & 1 == 1))
-            if len(which) == 0:
-                continue
-            normal = self.normals[which, plane]
-            place = self.centres[which] - _LOOK_AHEAD * self.radius * normal
-            value, gradient = self.part.value_and_gradient(place)
-            same = (-gradient * normal).sum(axis=1) > _SAME_FEATURE
-            foot = place - value[:, None] * gradient
-            which, gradient, foot = which[same], gradient[same], foot[same]
-            self.normals[which, plane] = -gradient
-            self.offsets[which, plane] = self.radius - (gradient * foot).sum(axis=1)
+    def _half_spaces(self, which: NDArray[np.intp], places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give normals and offsets of the features nearest to some places."""
+        value, gradient = self.part(self.origin[which] + self.radius * places)
+        normal = -gradient
+        return normal, 1 + value / self.radius + (normal * places).sum(axis=1)
+
+    def _look_again(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
+        """Linearise the half-spaces that hold centres anew, seen from nearby."""
+        row, plane = np.nonzero((mask[:, None] >> np.arange(_PLANES)) & 1 * (mask > 0)[:, None])
+        query = which[row]
+        old = self.normals[query, plane]
+        normal, offset = self._half_spaces(query, self.place[query] - _LOOK_AHEAD * old)
+        same = (normal * old).sum(axis=1) > _SAME_FEATURE
+        query, plane = query[same], plane[same]
+        self.normals[query, plane], self.offsets[query, plane] = normal[same], offset[same]
+        self.seen_from[query, plane] = self.place[query]

@@ -60,17 +60,13 @@ def offset(phi: Field, distance: float) -> Field:
     return phi.shifted(distance)
 
 
-def closing(
-    phi: Field, radius: float, *, threads: int | None = None, progress: Progress = no_progress
-) -> Field:
+def closing(phi: Field, radius: float, *, threads: int | None = None, progress: Progress = no_progress) -> Field:
     """Fillet of radius ``radius`` mm: offset outward, then back (section 4.3)."""
     psi = _distance(phi.shifted(radius), radius, threads, progress)
     return _bounded(psi.shifted(-radius), phi)
 
 
-def opening(
-    phi: Field, radius: float, *, threads: int | None = None, progress: Progress = no_progress
-) -> Field:
+def opening(phi: Field, radius: float, *, threads: int | None = None, progress: Progress = no_progress) -> Field:
     """Round of radius ``radius`` mm: offset inward, then back (section 4.2)."""
     psi = _distance(_eroded(phi, radius), radius, threads, progress)
     return _bounded(psi.shifted(radius), phi)
@@ -119,7 +115,5 @@ def _distance(start: Field, reach: float, threads: int | None, progress: Progres
     error grows from 0.55 h to 0.73 h with 2 h more.
     """
     normalization: Literal["rvachev"] | None = None if start.lipschitz == 1.0 else "rvachev"
-    field = redistance(
-        start, distance=reach, normalization=normalization, threads=threads, progress=progress
-    )
+    field = redistance(start, distance=reach, normalization=normalization, threads=threads, progress=progress)
     return Field(field.grid, field.values, start.bounds, lipschitz=1.0)

@@ -76,3 +76,49 @@ def boss_fillet(inner: float, radius: float) -> NDArray[np.float64]:
     a, b = (m.ravel() for m in np.meshgrid(a, b))
     rho, z = inner + radius - radius * np.cos(b), radius - radius * np.sin(b)
     return placed(np.stack([rho * np.cos(a), rho * np.sin(a), z], axis=1))
+
+
+def pocket(half: float, depth: float) -> Mesh:
+    """Block whose top is z = 0, with a square pocket of side ``2 half``: five concave edges meet three at a time."""
+    size = 2 * half
+    block = box([-size, -size, -2 * depth], [size, size, 0])
+    return as_mesh(block - box([-half, -half, -depth], [half, half, depth]))
+
+
+def square_boss(half: float, size: float, height: float) -> Mesh:
+    """Square boss of side ``2 half`` on a plate whose top is z = 0: its concave edges close around convex ones."""
+    plate = box([-size, -size, -size / 2], [size, size, 0])
+    return as_mesh(plate + box([-half, -half, -1], [half, half, height]))
+
+
+def cone_boss(bottom: float, top: float, size: float, height: float, segments: int = 720) -> Mesh:
+    """Cone between the radii ``bottom`` and ``top`` on a plate whose top is z = 0."""
+    plate = box([-size, -size, -size / 2], [size, size, 0])
+    slope = (top - bottom) / height
+    cone = manifold3d.Manifold.cylinder(height + 1, bottom - slope, top, segments).translate([0, 0, -1])
+    return as_mesh(plate + cone)
+
+
+def cross(first: float, second: float, reach: float, segments: int = 720) -> Mesh:
+    """Cylinders of radii ``first`` along z and ``second`` along x through it, to ``reach`` on all sides."""
+    upright = manifold3d.Manifold.cylinder(2 * reach, first, first, segments, center=True)
+    lying = manifold3d.Manifold.cylinder(2 * reach, second, second, segments, center=True).rotate([0, 90, 0])
+    return as_mesh(upright + lying)
+
+
+def drilled(radius: float, size: float, thickness: float, segments: int = 720) -> Mesh:
+    """Plate between z = -thickness and z = 0 with a hole of radius ``radius`` along z."""
+    plate = box([-size, -size, -thickness], [size, size, 0])
+    return as_mesh(plate - manifold3d.Manifold.cylinder(4 * thickness, radius, radius, segments, center=True))
+
+
+def cavity(part: Mesh, wall: float) -> Mesh:
+    """Block that leaves a part-shaped hollow, ``wall`` inside its faces: what is convex in one is concave in the other.
+
+    In the frame of the turned part, so that the hollow is where the part was.
+    """
+    low, high = part.bounds
+    outer = box((low - wall).tolist(), (high + wall).tolist()).to_mesh64()
+    count = len(outer.vert_properties)
+    vertices = np.concatenate([np.asarray(outer.vert_properties)[:, :3], part.vertices])
+    return Mesh(vertices, np.concatenate([np.asarray(outer.tri_verts, np.int64), part.faces[:, ::-1] + count]))

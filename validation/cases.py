@@ -163,7 +163,7 @@ def twisted_prism() -> cq.Workplane:
 
 
 def revolved_vase() -> cq.Workplane:
-    """Turned part with sharp inner and outer rims."""
+    """Return a turned part with sharp inner and outer rims."""
     profile = [(0, 0), (9.1, 0), (9.1, 2.3), (4.7, 5.9), (4.7, 14.1), (10.3, 18.7), (10.3, 21.1), (0, 21.1)]
     return cq.Workplane("XZ").polyline(profile).close().revolve(360, (0, 0, 0), (0, 1, 0))
 

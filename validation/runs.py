@@ -124,7 +124,7 @@ def smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def manifold_status(mesh: Mesh) -> str:
-    """What manifold3d says of a mesh; "NoError" if it is manifold."""
+    """Ask manifold3d about a mesh; "NoError" if it is manifold."""
     import manifold3d
 
     raw = manifold3d.Mesh64(np.array(mesh.vertices), mesh.faces.astype(np.uint64))

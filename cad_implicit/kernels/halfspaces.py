@@ -5,14 +5,22 @@ from __future__ import annotations
 import math
 
 import numba
+import numpy as np
 
 from .jit import jit, parallel_jit
 
 #: Planes whose Gram determinant is below this are taken as dependent.
 _DEPENDENT = 1e-9
 
-#: A plane counts as kept if it is violated by less than this (planes are given relative to the radius, about 1).
+#: A plane counts as kept if it is violated by less than this; lengths are in radii, from a place near the answer.
 _FEASIBLE = 1e-9
+
+#: Planes are of the same feature if their normals turned by less than this times the distance between the places they
+#: were seen from, in radii (1 for a point, less for a curved face, 0 for a plane) …
+_SAME_TURN = 1.2
+
+#: … or by less than this.
+_SAME_NORMAL = 1e-6
 
 
 @jit
@@ -94,39 +102,50 @@ def nearest_feasible(x, n, b, count, y):
 
 
 @parallel_jit
-def nearest_feasible_many(x, n, b, count, y, mask):
-    """Do :func:`nearest_feasible` for ``x (N, 3)``, normals ``n (N, P, 3)``, offsets ``b (N, P)``, ``count (N,)``."""
-    for q in numba.prange(len(x)):
-        mask[q] = nearest_feasible(x[q], n[q], b[q], count[q], y[q])
+def nearest_feasible_many(which, x, n, b, count, fallback):
+    """Do :func:`nearest_feasible` on the rows ``which`` of ``x (N, 3)``, ``n (N, P, 3)``, ``b (N, P)``, ``count (N,)``.
+
+    Returns points and masks; where there is no answer the point of ``fallback (N, 3)`` and -1.
+    """
+    y, mask = np.zeros((len(which), 3)), np.zeros(len(which), np.int64)
+    for q in numba.prange(len(which)):
+        k = which[q]
+        mask[q] = nearest_feasible(x[k], n[k], b[k], count[k], y[q])
+        if mask[q] < 0:
+            y[q] = fallback[k]
+    return y, mask
 
 
 @parallel_jit
-def add_plane(n, b, count, normal, offset, wanted, similar, violated):
-    """Add a plane to the set of each wanted point, in place of the most similar one, or of the slackest if full.
+def add_planes(n, b, seen_from, count, which, normal, offset, place):
+    """Add to the set of each row ``which`` the plane that its ``place (N, 3)`` gave, lengths in radii.
 
-    A plane is similar if the cosine between the normals is above ``similar``; ``violated (N, 3)`` is the point at
-    which slack is measured.
+    It replaces the one of the same feature: around a convex feature the normal turns by no more than the place moves
+    in radii. Else, if the set is full, it replaces the slackest. Returns which ones are new.
     """
-    for q in numba.prange(len(wanted)):
-        if not wanted[q]:
-            continue
-        best, place = similar, -1
-        slack, slackest = -math.inf, 0
-        for i in range(count[q]):
-            cosine = 0.0
-            reach = -b[q, i]
+    new = np.zeros(len(which), np.bool_)
+    for q in numba.prange(len(which)):
+        k = which[q]
+        put, slack, slackest = -1, -math.inf, 0
+        best = math.inf
+        for i in range(count[k]):
+            turned, moved, reach = 0.0, 0.0, -b[k, i]
             for d in range(3):
-                cosine += n[q, i, d] * normal[q, d]
-                reach += n[q, i, d] * violated[q, d]
-            if cosine > best:
-                best, place = cosine, i
+                turned += (n[k, i, d] - normal[q, d]) ** 2
+                moved += (seen_from[k, i, d] - place[k, d]) ** 2
+                reach += n[k, i, d] * place[k, d]
+            if turned < best and turned <= _SAME_TURN**2 * moved + _SAME_NORMAL**2:
+                best, put = turned, i
             if reach > slack:
                 slack, slackest = reach, i
-        if place < 0:
-            if count[q] < b.shape[1]:
-                place = count[q]
-                count[q] += 1
+        if put < 0:
+            new[q] = True
+            if count[k] < b.shape[1]:
+                put = count[k]
+                count[k] += 1
             else:
-                place = slackest
-        n[q, place] = normal[q]
-        b[q, place] = offset[q]
+                put = slackest
+        n[k, put] = normal[q]
+        seen_from[k, put] = place[k]
+        b[k, put] = offset[q]
+    return new

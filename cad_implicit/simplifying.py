@@ -1,0 +1,47 @@
+"""Simplify: fewer triangles within a stated tolerance, flat regions merged (manifold3d)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .errors import CadImplicitError, SpacingError
+from .mesh import Mesh
+from .sizing import positive
+
+
+def simplify(mesh: Mesh, tolerance: float) -> Mesh:
+    """Collapse edges of a closed mesh as long as no surface moves by more than a tolerance.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed.
+    tolerance : float
+        In mm. Flat regions lose nearly all their triangles at any tolerance.
+
+    Returns
+    -------
+    Mesh
+        Closed; B-rep faces of triangles are forgotten.
+
+    Raises
+    ------
+    OpenMeshError
+        If the mesh is not closed.
+    SpacingError
+        If the tolerance is not positive and finite.
+    CadImplicitError
+        If manifold3d is not installed, or does not take the mesh.
+    """
+    limit = positive("tolerance", tolerance, SpacingError)
+    mesh.require_closed()
+    try:
+        import manifold3d
+    except ImportError:
+        raise CadImplicitError("simplifying needs manifold3d: pip install manifold3d") from None
+    raw = manifold3d.Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64))
+    solid = manifold3d.Manifold(raw)
+    if solid.status() != manifold3d.Error.NoError:
+        raise CadImplicitError(f"the mesh cannot be simplified: manifold3d says {solid.status().name}")
+    result = solid.simplify(limit).to_mesh64()
+    return Mesh(result.vert_properties[:, :3], result.tri_verts.astype(np.int64), source=mesh.source)

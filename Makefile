@@ -1,6 +1,8 @@
 # make demo   environment, fillet of the bracket, picture, comparison with the exact fillet
 # make test   everything: lint, types, the suite beside CadQuery, the host tests beside build123d, kernels without JIT
 PYTHON ?= python3
+# Waiting threads sleep instead of spinning: several processes share the cores.
+export OMP_WAIT_POLICY ?= passive
 VENV := .venv
 VENV_B123D := .venv-build123d
 PIP := -m pip install --quiet --disable-pip-version-check
@@ -30,6 +32,9 @@ bench: $(VENV)/ready
 	$(VENV)/bin/python -m validation.table1
 	$(VENV)/bin/python -m validation.bench_redistance
 	$(VENV)/bin/python -m validation.bench_distance
+	$(VENV)/bin/python -m validation.bench_dual 128
+	$(VENV)/bin/python -m validation.accuracy
+	$(VENV)/bin/python -m validation.bench_exact
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

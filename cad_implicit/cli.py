@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -47,6 +48,10 @@ Engine = Annotated[
         "--engine", metavar="exact|reinit", help="exact (default); reinit: the paper's re-distancing on a regular grid."
     ),
 ]
+Simplify = Annotated[
+    float | None,
+    typer.Option("--simplify", metavar="T", help="Merge triangles of the result within T mm (flat regions above all)."),
+]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -61,13 +66,14 @@ def fillet(
     spacing: Spacing = None,
     tolerance: Tolerance = None,
     engine: Engine = "exact",
+    simplify: Simplify = None,
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
     force: Force = False,
 ) -> None:
     """Fillet all concave edges: the ball of radius R rolls along the outside."""
-    _work("fillet", part, radius, output, spacing, tolerance, engine, threads, quiet, json, force)
+    _work("fillet", part, radius, output, spacing, tolerance, engine, simplify, threads, quiet, json, force)
 
 
 @app.command("round")
@@ -78,13 +84,14 @@ def round_(
     spacing: Spacing = None,
     tolerance: Tolerance = None,
     engine: Engine = "exact",
+    simplify: Simplify = None,
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
     force: Force = False,
 ) -> None:
     """Round all convex edges: what a ball of radius R cannot reach from inside is removed."""
-    _work("round", part, radius, output, spacing, tolerance, engine, threads, quiet, json, force)
+    _work("round", part, radius, output, spacing, tolerance, engine, simplify, threads, quiet, json, force)
 
 
 @app.command()
@@ -95,13 +102,14 @@ def smooth(
     spacing: Spacing = None,
     tolerance: Tolerance = None,
     engine: Engine = "exact",
+    simplify: Simplify = None,
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
     force: Force = False,
 ) -> None:
     """Round all convex and fillet all concave edges."""
-    _work("smooth", part, radius, output, spacing, tolerance, engine, threads, quiet, json, force)
+    _work("smooth", part, radius, output, spacing, tolerance, engine, simplify, threads, quiet, json, force)
 
 
 @app.command()
@@ -114,13 +122,14 @@ def offset(
     spacing: Spacing = None,
     tolerance: Tolerance = None,
     engine: Engine = "exact",
+    simplify: Simplify = None,
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
     force: Force = False,
 ) -> None:
     """Move the whole surface outward or inward by a constant distance."""
-    _work("offset", part, distance, output, spacing, tolerance, engine, threads, quiet, json, force)
+    _work("offset", part, distance, output, spacing, tolerance, engine, simplify, threads, quiet, json, force)
 
 
 @app.command()
@@ -186,6 +195,7 @@ def demo(
 
 def main() -> None:
     """Entry point: run the command line; exit 1 with one line on any error that the package foresees."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # threads that wait sleep: other processes want the cores too
     app()
 
 
@@ -197,6 +207,7 @@ def _work(
     spacing: float | None,
     tolerance: float | None,
     engine: str,
+    simplify: float | None,
     threads: int | None,
     quiet: bool,
     json: bool,
@@ -217,6 +228,7 @@ def _work(
             spacing=spacing,
             tolerance=tolerance,
             engine=engine,  # type: ignore[arg-type]
+            simplify=simplify,
             force=force,
             threads=threads,
             progress=progress,

@@ -17,11 +17,12 @@ from . import ops, sizing
 from .cad import open_part
 from .contouring import contour
 from .distance import MeshDistance
-from .errors import GeometryWarning, RefusedError
+from .errors import GeometryWarning, RefusedError, SpacingError
 from .field import Field, sample
 from .implicit import Implicit
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .simplifying import simplify as simplified
 from .sizing import Engine
 
 #: An opening that loses more than this share of the volume is refused unless forced.
@@ -98,6 +99,7 @@ def run(
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine = "exact",
+    simplify: float | None = None,
     force: bool = False,
     threads: int | None = None,
     progress: Progress = no_progress,
@@ -115,6 +117,8 @@ def run(
         At most one of them, in mm.
     engine : "exact" or "reinit"
         See :mod:`cad_implicit.ops`.
+    simplify : float, optional
+        Collapse edges of the result within this tolerance in mm.
     force : bool
         Go past refusals (lost pieces, size), never past memory.
     threads : int, optional
@@ -129,6 +133,8 @@ def run(
     """
     if operation not in OPERATIONS:
         raise ValueError(f"operation must be one of {', '.join(OPERATIONS)}, not {operation!r}")
+    if simplify is not None:
+        sizing.positive("simplify", simplify, SpacingError)
     clock = _Clock(progress)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeometryWarning)
@@ -152,13 +158,16 @@ def run(
             result = function(part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress)
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)
+        if simplify is not None:
+            with clock.stage("simplify"):
+                mesh = simplified(mesh, simplify)
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
             notes = thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-    bound = sizing.error_bound(h, abs(amount), engine)
+    bound = sizing.error_bound(h, abs(amount), engine) + (simplify or 0.0)
     return Outcome(operation, float(amount), engine, result, mesh, before, h, bound, clock.seconds, notes)
 
 

@@ -107,6 +107,16 @@ def test_summary_and_info_and_compare(notch: Path, tmp_path: Path) -> None:
     assert "volume" in cli("info", notch).stdout
 
 
+def test_simplified_result(notch: Path, tmp_path: Path) -> None:
+    full, fewer = (tmp_path / f"{name}.ply" for name in ("full", "fewer"))
+    common = ("fillet", notch, "-r", 2, "--spacing", 0.8, "--json")
+    before = json.loads(cli(*common, "-o", full).stdout)
+    after = json.loads(cli(*common, "-o", fewer, "--simplify", 0.02).stdout)
+    assert after["triangles"] < 0.2 * before["triangles"]
+    assert after["error_bound"] == pytest.approx(before["error_bound"] + 0.02)
+    assert ci.compare(ci.to_mesh(full), ci.to_mesh(fewer)).maximum < 0.04
+
+
 def test_lost_pieces_are_told(tmp_path: Path) -> None:
     part = (
         shapes.box([0, 0, 0], [20, 20, 20]) + shapes.box([30, 0, 0], [32, 20, 20]) + shapes.box([5, 5, 20], [15, 7, 30])

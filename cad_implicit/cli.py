@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as jsonlib
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -195,7 +194,6 @@ def demo(
 
 def main() -> None:
     """Entry point: run the command line; exit 1 with one line on any error that the package foresees."""
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # threads that wait sleep: other processes want the cores too
     app()
 
 

@@ -44,12 +44,12 @@ _FIT_SPACING = 1e-5
 #: The distance to S counts only if it differs from the part's own by this share of the spacing.
 _CHANGED = 1e-7
 
-#: S is off by up to this many spacings. Beside the borders of fillets it may seem that nothing changes; where the
-#: distances agree within this, and the pushed ball cuts in by …
+#: S is off by up to this many spacings. Where the distances agree within this, beside the borders of fillets and on
+#: faces, a point of the result is taken as changed if the pushed ball cuts in by …
 _DOUBT = 0.07
 
-#: … this many spacings, the polish decides. The facets of holes stay below: at a tessellation of 0.005 spacings a
-#: pushed ball cuts into the neighbours of its facet by at most 0.02.
+#: … this many spacings; what that leaves out is less than 1e-3 spacings deep. The facets of holes stay below: at a
+#: tessellation of 0.005 spacings a pushed ball cuts into the neighbours of its facet by at most 0.02.
 _DOUBT_CUT = 0.02
 
 
@@ -70,6 +70,11 @@ class Shifted(Implicit):
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Values ``(N,)`` and gradients ``(N, 3)``."""
         value, gradient = self.parent.value_and_gradient(points)
+        return value + self.amount, gradient
+
+    def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values and gradients, as exact as the parent knows them."""
+        value, gradient = polished(self.parent, points)
         return value + self.amount, gradient
 
 
@@ -165,14 +170,20 @@ class Closing(Implicit):
         value, gradient = (array.copy() for array in look(points))
         which, nearest = self._candidates(points, value, gradient)
         change = nearest.distance - self.radius - value[which]
-        doubtful = np.flatnonzero((change <= self._changed) & (change > -_DOUBT * self.spacing))
-        pushed = self._pushed(points, value, gradient, which[doubtful])
-        taken = change > self._changed
-        taken[doubtful] = self.parent.within(pushed, self.radius - _DOUBT_CUT * self.spacing)
-        which, centre = which[taken], nearest.point[taken]
+        likely = change > -_DOUBT * self.spacing
+        which, centre, change = which[likely], nearest.point[likely], change[likely]
+        doubtful = change < _DOUBT * self.spacing
+        taken = ~doubtful
+        if doubtful.any():
+            pushed = self._pushed(points, value, gradient, which[doubtful])
+            taken[doubtful] = _within(self.parent, pushed, self.radius - _DOUBT_CUT * self.spacing)
+        which, centre, doubtful = which[taken], centre[taken], doubtful[taken]
         if len(which):
-            centre, _ = polish_centres(look, self.radius, self.spacing, points[which], centre, threads=self._threads)
-            self._set(points, value, gradient, which, centre)
+            centre, found = polish_centres(
+                look, self.radius, self.spacing, points[which], centre, threads=self._threads
+            )
+            keep = found | ~doubtful
+            self._set(points, value, gradient, which[keep], centre[keep])
         return value, gradient
 
     def _pushed(self, x: FloatArray, value: FloatArray, gradient: FloatArray, which: NDArray[np.intp]) -> FloatArray:
@@ -224,6 +235,17 @@ class Dilation(Implicit):
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Values ``(N,)`` and gradients ``(N, 3)``."""
         return self._distance.value_and_gradient(points)
+
+    def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values and gradients, as exact as the closing knows them."""
+        return self._distance.polished(points)
+
+
+def _within(shape: Implicit, points: FloatArray, radius: float) -> NDArray[np.bool_]:
+    """Whether the surface comes nearer to points than a radius, as exactly as the shape knows."""
+    if hasattr(shape, "polished"):
+        return np.asarray(np.abs(polished(shape, points)[0]) < radius)
+    return shape.within(points, radius)
 
 
 def complement(shape: Implicit) -> Implicit:

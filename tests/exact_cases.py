@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapes
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from cad_implicit import Mesh, MeshDistance
 
@@ -172,7 +173,7 @@ def cross(first: float, second: float, r: float, segments: int = 720) -> Case:
     def spine(t: Points, side: Points) -> tuple[Points, Points, Points]:
         """Points, first and second derivatives by the angle around x."""
         sin, cos = np.sin(t), np.cos(t)
-        root = np.sqrt(a**2 - b**2 * cos**2)
+        root = np.sqrt(np.maximum(a**2 - b**2 * cos**2, 1e-12 * a**2))
         first_root = b**2 * cos * sin / root
         second_root = b**2 * (cos**2 - sin**2) / root - first_root**2 / root
         return (
@@ -184,8 +185,6 @@ def cross(first: float, second: float, r: float, segments: int = 720) -> Case:
     start = np.linspace(0, 2 * np.pi, 721)[:-1]
 
     def centre(x: Points) -> Points:
-        from scipy.spatial import cKDTree
-
         side = np.where(x[:, 0] < 0, -1.0, 1.0)
         tree = cKDTree(spine(start, np.ones(len(start)))[0])
         t = start[tree.query(np.column_stack([np.abs(x[:, 0]), x[:, 1:]]))[1]]
@@ -197,7 +196,7 @@ def cross(first: float, second: float, r: float, segments: int = 720) -> Case:
         return spine(t, side)[0]
 
     def known(x: Points) -> NDArray[np.bool_]:
-        return (np.abs(x[:, 0]) < reach - r) & (np.abs(x[:, 2]) < reach - r)
+        return (np.abs(x[:, [0, 2]]).max(axis=1) < reach - r) & (np.abs(x[:, 1]) < first + r)
 
     box = ([-first - 2 * r, -second - r, -second - 2 * r], [first + 2 * r, second + r, second + 2 * r])
     mesh = shapes.cross(first, second, reach, segments)
@@ -222,7 +221,8 @@ def plug(hole: float, r: float, segments: int = 720) -> Case:
         return np.column_stack([np.zeros((len(x), 2)), z])
 
     def known(x: Points) -> NDArray[np.bool_]:
-        return np.abs(x[:, :2]).max(axis=1) < size - r
+        beside = np.abs(x[:, 2] + thickness / 2) < thickness / 2 + r
+        return beside & (np.abs(x[:, :2]).max(axis=1) < size - r)
 
     mesh = shapes.drilled(hole, size, thickness, segments)
     box = ([-hole, -hole, top - r], [hole, hole, 0])
@@ -255,7 +255,6 @@ def errors(case: Case, result: Mesh, h: float) -> Errors:
     on_blend = known & case.pushed_ball_cuts(local)
     blend = case.blend_error(local[on_blend])
     facets = case.blend_error(middle[middle_known & case.pushed_ball_cuts(middle)])
-    # Beside the blend by half a radius of contact: its border is not sharp.
     face = part.unsigned(vertices[known & ~case.pushed_ball_cuts(local)])
     missed = mesh.unsigned(shapes.placed(case.blend_samples()))
     sharp = mesh.unsigned(_sharp_samples(case, h))
@@ -268,7 +267,7 @@ def errors(case: Case, result: Mesh, h: float) -> Errors:
 
 
 def _sharp_samples(case: Case, h: float) -> Points:
-    """Points on the sharp convex edges of the part that its closing keeps."""
+    """Points on the sharp convex edges of the part, away from those that its closing fills."""
     faces, normals = case.mesh.faces, case.mesh.face_vectors
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -279,12 +278,17 @@ def _sharp_samples(case: Case, h: float) -> Points:
     apex = case.mesh.vertices[faces[owner[two]].sum(axis=1) - half[two].sum(axis=1)]
     sharp = (normals[owner[one]] * normals[owner[two]]).sum(axis=1) < np.cos(np.radians(30))
     convex = (normals[owner[one]] * (apex - a)).sum(axis=1) < 0
-    a, b = a[sharp & convex], b[sharp & convex]
-    count = np.maximum(np.ceil(np.linalg.norm(b - a, axis=1) / (0.1 * h)).astype(int), 1)
+    kept, removed = (_along(a[sharp & side], b[sharp & side], 0.1 * h) for side in (convex, ~convex))
+    if len(removed) == 0:
+        return kept
+    return kept[cKDTree(removed).query(kept)[0] > 2.5 * case.radius]
+
+
+def _along(a: Points, b: Points, step: float) -> Points:
+    """Points along the segments from ``a`` to ``b``."""
+    count = np.maximum(np.ceil(np.linalg.norm(b - a, axis=1) / step).astype(int), 1)
     share = (np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + 0.5) / np.repeat(count, count)
-    x = np.repeat(a, count, axis=0) + share[:, None] * np.repeat(b - a, count, axis=0)
-    local = (x - shapes.SHIFT) @ shapes.TURN
-    return x[case.known(local) & ~case.pushed_ball_cuts(local)]
+    return np.asarray(np.repeat(a, count, axis=0) + share[:, None] * np.repeat(b - a, count, axis=0))
 
 
 def _max(x: Points) -> float:

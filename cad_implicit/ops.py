@@ -30,6 +30,12 @@ from .parallel import Progress, no_progress
 from .sizing import Engine
 from .thickness import thin_spots
 
+#: Layers of ball centres thinner than this many spacings may be lost between the nodes.
+_RESOLVED = 1.5
+
+#: Widths within this share of twice the radius count as equal to it.
+_TOUCHING = 1e-4
+
 #: What an operation takes: an Implicit, a Mesh, or whatever ``to_mesh`` reads.
 Shape = object
 
@@ -204,19 +210,29 @@ class _Call:
         return phi
 
     def _check_medial_axis(self, mesh: Mesh, sides: tuple[Side, ...]) -> None:
-        """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1."""
+        """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1.
+
+        A ball that barely fits is told too: the ball's centres there fill a layer that the grid does not resolve.
+        """
         for side in sides:
-            spot = thin_spots(mesh, self.radius, side, threads=self.threads)
+            spot = thin_spots(mesh, self.radius + _RESOLVED / 2 * self.spacing, side, threads=self.threads)
             if spot is None:
                 continue
             place = ", ".join(f"{x:.4g}" for x in spot.place)
             what, fate = ("material", "is removed") if side == "inside" else ("a gap", "is closed")
-            warnings.warn(
-                f"{what} {spot.thickness:.4g} mm wide at ({place}) mm is narrower than twice the radius "
-                f"{self.radius:g} mm and {fate} there; the largest radius that keeps it is {spot.safe_radius:.4g} mm",
-                GeometryWarning,
-                stacklevel=4,
-            )
+            where = f"{what} {spot.thickness:.4g} mm wide at ({place}) mm"
+            if spot.thickness < 2 * self.radius * (1 - _TOUCHING):
+                message = (
+                    f"{where} is narrower than twice the radius {self.radius:g} mm and {fate} there; "
+                    f"the largest radius that keeps it is {spot.safe_radius:.4g} mm"
+                )
+            else:
+                message = (
+                    f"{where} is so near to twice the radius {self.radius:g} mm that the result may be wrong there "
+                    f"at a spacing of {self.spacing:.3g} mm; use a radius up to "
+                    f"{spot.safe_radius - _RESOLVED / 2 * self.spacing:.4g} mm, or a smaller spacing"
+                )
+            warnings.warn(message, GeometryWarning, stacklevel=4)
 
 
 def _widened(grid: Grid, bounds: np.ndarray, margin: float) -> Grid:

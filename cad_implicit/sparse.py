@@ -145,8 +145,7 @@ def sample_bricks(
         blocks, values = _by_octree(sampler, counts, implicit.lipschitz, progress)
     else:
         blocks, values = _everywhere(sampler, counts, progress)
-    with parallel.threads(worthwhile(threads, 27 * len(blocks))):
-        neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
+    blocks, values, neighbours = _closed(sampler, counts, blocks, values, progress)
     progress("sample", 1.0)
     return Bricks(origin, float(spacing), blocks, values, neighbours, box, sampler.cropped)
 
@@ -204,6 +203,39 @@ def _by_octree(
             ids = kernels.prune(centre_values, ids, size, limit * (size - 1) / 2, out)
         kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
     return blocks, values
+
+
+def _closed(
+    sampler: _Sampler,
+    counts: NDArray[np.int64],
+    blocks: NDArray[np.int32],
+    values: NDArray[np.float32],
+    progress: Progress,
+) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.int32]]:
+    """Add the missing bricks that nodes of both signs touch, and return the table of neighbours too.
+
+    There are none if the Lipschitz constant holds. A function that breaks it (a distance with jumps) would otherwise
+    have surface in bricks that are not there.
+    """
+    offsets = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(27, 3)
+    while True:
+        with parallel.threads(worthwhile(sampler.threads, 27 * len(blocks))):
+            neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
+            seen = kernels.signs_around_missing(values, neighbours)
+        brick, place = np.nonzero(seen)
+        missing, which = np.unique(blocks[brick] + offsets[place], axis=0, return_inverse=True)
+        signs = np.zeros(len(missing), np.uint8)
+        np.bitwise_or.at(signs, which.ravel(), seen[brick, place])
+        extra = missing[(signs == 3) & (missing >= 0).all(axis=1) & (missing < counts).all(axis=1)].astype(np.int32)
+        if len(extra) == 0:
+            return blocks, values, neighbours
+        progress("sample", 1.0)
+        more = np.zeros((len(extra), kernels.NODES), np.float32)
+        ids = np.arange(kernels.NODES * len(extra))
+        kernels.store_nodes(sampler.at_blocks(extra, ids, 1), ids, more)
+        blocks, values = np.concatenate([blocks, extra]), np.concatenate([values, more])
+        order = np.argsort(kernels.morton_keys(blocks))
+        blocks, values = blocks[order], values[order]
 
 
 def _everywhere(

@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter
 from cad_implicit.dual import dual_contour
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
+from cad_implicit.implicit import Function
 from cad_implicit.kernels import slivers
 from cad_implicit.kernels.cell_tables import (
     AMBIGUOUS,
@@ -146,3 +147,15 @@ def test_the_ball_is_round_whatever_the_spacing() -> None:
     errors = 4 / 3 * np.pi - np.array(volumes)
     assert (errors > 0).all()
     assert (errors[:-1] / errors[1:] > 3.5).all()
+
+
+@pytest.mark.parametrize("step", [0.3, 1.0, 2.5])
+def test_a_function_that_breaks_its_lipschitz_constant_is_closed_too(step: float) -> None:
+    def jump(x: np.ndarray) -> np.ndarray:
+        return np.where(x[:, 2] + 0.3 * x[:, 0] > 0.2, 3.0, 3.0 + step) - np.linalg.norm(x, axis=1)
+
+    mesh = dual_contour(Function(jump, [[-6, -6, -6], [6, 6, 6]], lipschitz=1.0), 0.11)
+    assert mesh.is_watertight
+    assert mesh.components == 1
+    halves = 2 / 3 * np.pi * (3.0**3 + (3 + step) ** 3)
+    assert mesh.volume == pytest.approx(halves, rel=0.05 * (1 + step))

@@ -93,6 +93,34 @@ def neighbour_table(blocks, keys):
     return table
 
 
+@jit
+def _side(offset):
+    """First node, and the one after the last, of the nodes that touch a neighbour at an offset along an axis."""
+    if offset < 0:
+        return 0, 1
+    if offset > 0:
+        return 7, 8
+    return 0, 8
+
+
+@parallel_jit
+def signs_around_missing(values, neighbours):
+    """Signs (B, 27) of the nodes that touch each missing neighbour: bit 1 for inside, bit 2 for outside, 0 if held."""
+    seen = np.zeros((len(values), 27), np.uint8)
+    for b in numba.prange(len(values)):
+        for n in range(27):
+            if neighbours[b, n] >= 0:
+                continue
+            (i0, i1), (j0, j1), (k0, k1) = _side(n // 9 - 1), _side(n // 3 % 3 - 1), _side(n % 3 - 1)
+            bits = np.uint8(0)
+            for i in range(i0, i1):
+                for j in range(j0, j1):
+                    for k in range(k0, k1):
+                        bits |= np.uint8(1) if values[b, 64 * i + 8 * j + k] > 0 else np.uint8(2)
+            seen[b, n] = bits
+    return seen
+
+
 @parallel_jit
 def blocks_beside_others(blocks, keys, state):
     """Whether a block (N,) is of mixed sign (state 0) or has a neighbour of another state."""

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
-from shapes import boss, boss_fillet, notch, notch_fillet
+from shapes import SHIFT, TURN, boss, boss_fillet, notch, notch_fillet
 
 from cad_implicit import Mesh, run
 from cad_implicit.comparison import compare
@@ -39,9 +39,14 @@ from cad_implicit.distance import MeshDistance
 from .bench_distance import turned_bracket
 
 #: Radius in mm of all operations on the bracket; its holes have 3.17, its bore 5.95.
-RADIUS = 3.0
+RADIUS = 2.0
 
 THREADS = 2
+
+#: The analytic parts: radius of the fillet and of the boss in mm, angle of the notch in degrees.
+FILLET_RADIUS = 10.0
+BOSS_RADIUS = 15.0
+NOTCH_ANGLE = 75.0
 
 #: Goals in seconds.
 GOALS = {("fillet", 128): 0.6, ("fillet", 256): 2.5, ("smooth", 128): 1.0, ("smooth", 256): 4.0}
@@ -192,21 +197,40 @@ def methods() -> dict[str, Callable[[Mesh, float, float], tuple[Mesh, float]]]:
     return found
 
 
-def analytic(cells: int) -> list[tuple[str, str, float, float, float]]:
-    """Part, method, seconds, median and largest error of the fillet in spacings; to be called in a fresh process."""
-    radius = 10.0
+def arc_errors(vertices: NDArray[np.float64], part: str, spacing: float) -> NDArray[np.float64]:
+    """Distances in spacings of the vertices on the fillet to the analytic one; those farther than one are not on it."""
+    x, y, z = ((vertices - SHIFT) @ TURN).T
+    if part == "notch":
+        half = np.radians(NOTCH_ANGLE / 2)
+        u, v = FILLET_RADIUS / np.sin(half) - x, y
+        inside = (np.abs(np.arctan2(v, u)) < np.pi / 2 - half - 0.02) & (np.abs(z) < 20)
+    else:
+        u, v = BOSS_RADIUS + FILLET_RADIUS - np.hypot(x, y), FILLET_RADIUS - z
+        inside = (np.arctan2(v, u) > 0.02) & (np.arctan2(v, u) < np.pi / 2 - 0.02)
+    error = np.abs(np.hypot(u, v) - FILLET_RADIUS) / spacing
+    return error[inside & (error < 1)]
+
+
+def analytic(cells: int) -> list[tuple[str, str, float, tuple[float, float], tuple[float, float]]]:
+    """Compare the methods with analytic fillets; to be called in a fresh process.
+
+    Gives part, method, seconds, and median and largest error in spacings, first of the triangles (distance from points
+    of the true fillet to the mesh), then of the vertices on the fillet.
+    """
     parts: dict[str, tuple[Mesh, NDArray[np.float64]]] = {
-        "notch": (notch(75.0, 40.0), notch_fillet(75.0, radius, 40.0)),
-        "boss": (boss(15.0, 40.0, 40.0), boss_fillet(15.0, radius)),
+        "notch": (notch(NOTCH_ANGLE, 40.0), notch_fillet(NOTCH_ANGLE, FILLET_RADIUS, 40.0)),
+        "boss": (boss(BOSS_RADIUS, 40.0, 40.0), boss_fillet(BOSS_RADIUS, FILLET_RADIUS)),
     }
     rows = []
     for name, (mesh, truth) in parts.items():
-        h = (float((mesh.bounds[1] - mesh.bounds[0]).max()) + 2 * radius) / cells
+        h = (float((mesh.bounds[1] - mesh.bounds[0]).max()) + 2 * FILLET_RADIUS) / cells
         for method, closing in methods().items():
-            closing(mesh, radius, 4 * h)
-            result, seconds = closing(mesh, radius, h)
-            error = MeshDistance(result, sign="pseudonormal").unsigned(truth) / h
-            rows.append((name, method, seconds, float(np.median(error)), float(error.max())))
+            closing(mesh, FILLET_RADIUS, 4 * h)
+            result, seconds = closing(mesh, FILLET_RADIUS, h)
+            facets = MeshDistance(result, sign="pseudonormal").unsigned(truth) / h
+            vertices = arc_errors(result.vertices, name, h)
+            middle_largest = [(float(np.median(error)), float(error.max())) for error in (facets, vertices)]
+            rows.append((name, method, seconds, *middle_largest))
     return rows
 
 
@@ -264,11 +288,12 @@ def print_peers(repeats: int) -> None:
     for cells in (128, 256):
         print(f"closing at {cells}³ against analytic fillets, errors in spacings")
         rows = in_child(analytic, cells)
-        for part, method, seconds, middle, largest in rows:
+        for part, method, seconds, facets, vertices in rows:
             ours = next(row for row in rows if row[:2] == (part, "cad_implicit"))
             print(
-                f"    {part:8s}{method:28s}{seconds:8.2f} s ({seconds / ours[2]:5.1f}x)  median {middle:.1e}"
-                f"  max {largest:.1e} ({largest / ours[4]:8.1f}x)"
+                f"    {part:8s}{method:28s}{seconds:8.2f} s ({seconds / ours[2]:5.1f}x)"
+                f"  triangles: median {facets[0]:.1e} max {facets[1]:.1e} ({facets[1] / ours[3][1]:6.1f}x)"
+                f"  vertices: median {vertices[0]:.1e} max {vertices[1]:.1e} ({vertices[1] / ours[4][1]:8.1f}x)"
             )
     print("closing of the bracket at 128³, error against ours at 512³, in spacings")
     rows = in_child(on_bracket, 128, repeats)

@@ -1,0 +1,47 @@
+"""Parts on which the exact kernel fails: every operation on them gives a sound mesh, or the error that is right."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("cadquery")
+
+from validation.cases import Run
+from validation.runs import perform
+
+pytestmark = pytest.mark.host
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        Run("split_cylinder", "round", 4.0, 48, 0.995, 3),
+        Run("torus_groove", "round", 3.0, 64, 0.983, 9),
+        Run("tangent_boss", "fillet", 1.0, 96, 1.001, 10),
+        Run("tangent_boss", "round", 1.0, 96, 0.989, 10),
+        Run("steinmetz", "round", 1.0, 64, 0.991, 12),
+        Run("cube_to_sphere", "round", 2.5, 40, 0.859, 6),
+        Run("two_blocks", "offset", 1.0, 48),
+    ],
+    ids=lambda run: f"{run.part}-{run.operation}-{run.amount:g}",
+)
+def test_results_are_closed_oriented_and_free_of_self_intersections(run: Run) -> None:
+    result = perform(run)
+    assert result.error == ""
+    assert result.faults == []
+    assert result.components > 0
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        (Run("hollow_box", "round", 1.0, 96, 0.0, 1), "EmptyResultError: nothing is left"),
+        (Run("hollow_box", "smooth", 1.0, 96, 0.0, 1), "EmptyResultError: nothing is left"),
+        (Run("stadium", "round", 25.0, 48, 0.0, 7), "RadiusError: radius 25 mm is too large"),
+    ],
+    ids=lambda value: value.part if isinstance(value, Run) else "",
+)
+def test_a_part_thinner_than_the_ball_is_an_error(run: Run, message: str) -> None:
+    result = perform(run)
+    assert result.error.startswith(message)
+    assert result.faults == []

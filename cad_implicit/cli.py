@@ -316,7 +316,7 @@ def _compile_notice() -> Iterator[None]:
 
         def on_start(self, event: object) -> None:
             if not self.said:
-                typer.echo("compiling kernels, once per machine (about half a minute) …", err=True)
+                typer.echo("compiling kernels, once per machine (about a minute) …", err=True)
             self.said = True
 
         def on_end(self, event: object) -> None:

@@ -155,6 +155,28 @@ class MeshDistance(Implicit):
             return np.asarray(winding_numbers(self.tree, _as_points(points)))
 
 
+class Surface:
+    """Triangles of which only distances are asked, not signed: half the work to prepare, and they need not be closed.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    threads : int, optional
+        Number of threads; all cores by default.
+    """
+
+    def __init__(self, mesh: Mesh, *, threads: int | None = None) -> None:
+        self.mesh = mesh
+        self._threads = threads
+        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False)
+
+    def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Distances ``(N,)`` in mm and closest points ``(N, 3)`` for points ``(N, 3)``."""
+        with parallel.threads(self._threads):
+            distance, point, *_ = closest_points(self._tree, _as_points(points))
+        return distance, point
+
+
 def sample_distance(
     mesh: Mesh | MeshDistance,
     grid: Grid,

@@ -21,7 +21,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .distance import Closest, MeshDistance
+from .distance import MeshDistance, Surface
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
@@ -150,7 +150,7 @@ class Closing(Implicit):
         self._changed = _CHANGED * spacing
         offset = Shifted(parent.parent, -radius) if isinstance(parent, Complement) else Shifted(parent, radius)
         centres = dual_contour(offset, spacing, threads=threads, progress=progress)
-        self._centres = MeshDistance(centres, sign="pseudonormal", threads=threads)
+        self._centres = Surface(centres, threads=threads)
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return self.value_and_gradient(points)[0]
@@ -159,19 +159,19 @@ class Closing(Implicit):
         """Values ``(N,)`` and gradients ``(N, 3)``."""
         x = np.asarray(points, np.float64)
         value, gradient = (array.copy() for array in self.parent.value_and_gradient(x))
-        which, nearest = self._candidates(x, value, gradient)
-        changed = nearest.distance - self.radius > value[which] + self._changed
-        self._set(x, value, gradient, which[changed], nearest.point[changed])
+        which, distance, centre = self._candidates(x, value, gradient)
+        changed = distance - self.radius > value[which] + self._changed
+        self._set(x, value, gradient, which[changed], centre[changed])
         return value, gradient
 
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients from polished ball centres: for points of the result."""
         look = partial(polished, self.parent)
         value, gradient = (array.copy() for array in look(points))
-        which, nearest = self._candidates(points, value, gradient)
-        change = nearest.distance - self.radius - value[which]
+        which, distance, centre = self._candidates(points, value, gradient)
+        change = distance - self.radius - value[which]
         likely = change > -_DOUBT * self.spacing
-        which, centre, change = which[likely], nearest.point[likely], change[likely]
+        which, centre, change = which[likely], centre[likely], change[likely]
         doubtful = change < _DOUBT * self.spacing
         taken = ~doubtful
         if doubtful.any():
@@ -190,11 +190,14 @@ class Closing(Implicit):
         """Centres of the balls pushed against the part's points nearest to some of the points."""
         return np.asarray(x[which] - (value[which] + self.radius)[:, None] * gradient[which])
 
-    def _candidates(self, x: FloatArray, value: FloatArray, gradient: FloatArray) -> tuple[NDArray[np.intp], Closest]:
-        """Numbers of the points that the closing may change, and the points of S nearest to them."""
+    def _candidates(
+        self, x: FloatArray, value: FloatArray, gradient: FloatArray
+    ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Numbers of the points that the closing may change, their distances from S and the nearest points of S."""
         which = np.flatnonzero(value > -self.radius)
         which = which[self.parent.within(self._pushed(x, value, gradient, which), self.radius - self._slack)]
-        return which, self._centres.closest(x[which])
+        distance, centre = self._centres.closest(x[which])
+        return which, distance, centre
 
     def _set(
         self, x: FloatArray, value: FloatArray, gradient: FloatArray, which: NDArray[np.intp], centre: FloatArray

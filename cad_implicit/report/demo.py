@@ -66,7 +66,10 @@ def _accuracy(part: Any, radius: float, outcome: Outcome, progress: Progress) ->
         "exact_fillet": f"ok, {exact.edges} concave edges",
         "volume_exact": truth.volume,
         "distance_max": distance.maximum,
+        "distance_p99": distance.p99,
         "distance_rms": distance.rms,
         "distance_max_in_spacings": distance.maximum / outcome.spacing,
         "distance_rms_in_spacings": distance.rms / outcome.spacing,
+        "largest_at": "({:.1f}, {:.1f}, {:.1f})".format(*distance.place),
+        "why": "where an edge ends in the open the ball rolls off its end, and the B-rep fillet goes on",
     }

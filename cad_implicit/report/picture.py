@@ -52,6 +52,7 @@ def render(
         import pyvista
     except ImportError:
         raise CadImplicitError('pictures need pyvista: pip install "cad_implicit[reports]"') from None
+    pyvista.vtk_verbosity("off")  # without a display VTK complains, then renders off screen
     plotter: Any = pyvista.Plotter(
         off_screen=True, shape=(1, len(meshes)), window_size=(size[0] * len(meshes), size[1]), border=False
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -287,23 +288,52 @@ def _errors() -> Iterator[None]:
 
 @contextmanager
 def _progress(silent: bool) -> Iterator[Progress]:
-    """Progress bar on a terminal; nothing in a pipe. Says once when kernels are being compiled."""
-    from .parallel import no_progress
-
-    if silent:
-        yield no_progress
-        return
-    with _compile_notice():
-        if not sys.stderr.isatty():
-            yield no_progress
+    """Progress bar on a terminal; nothing in a pipe. Says once when kernels are being compiled. Ctrl-C cancels."""
+    with _interruptible() as check:
+        if silent:
+            yield check
             return
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        with _compile_notice():
+            if not sys.stderr.isatty():
+                yield check
+                return
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("start", total=1.0)
-            yield lambda stage, fraction: bar.update(task, description=stage, completed=fraction)
+            columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
+            with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+                task = bar.add_task("start", total=1.0)
+
+                def show(stage: str, fraction: float) -> None:
+                    check(stage, fraction)
+                    bar.update(task, description=stage, completed=fraction)
+
+                yield show
+
+
+@contextmanager
+def _interruptible() -> Iterator[Progress]:
+    """Give a progress callback that raises KeyboardInterrupt after Ctrl-C or SIGTERM.
+
+    The signal itself raises too, but where it falls into a destructor Python only reports it and goes on.
+    """
+    told = False
+
+    def stop(number: int, frame: object) -> None:
+        nonlocal told
+        told = True
+        raise KeyboardInterrupt
+
+    def check(stage: str, fraction: float) -> None:
+        if told:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield check
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

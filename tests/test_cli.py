@@ -177,12 +177,15 @@ def test_too_thin_is_an_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
-def test_interrupt_leaves_nothing(notch: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("after", [2.0, 4.0])
+def test_interrupt_leaves_nothing(number: signal.Signals, after: float, notch: Path, tmp_path: Path) -> None:
+    """At any time, also while modules are imported and kernels loaded."""
     command = [sys.executable, "-m", "cad_implicit", "smooth", str(notch), "-r", "4", "-o", str(tmp_path / "out.stl")]
-    process = subprocess.Popen([*command, "--spacing", "0.12"], stderr=subprocess.PIPE, text=True)
-    time.sleep(2.5)
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=60)
+    with subprocess.Popen([*command, "--spacing", "0.08"], stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(after)
+        process.send_signal(number)
+        _, stderr = process.communicate(timeout=120)
     assert process.returncode == 130, stderr
     assert "cancelled" in stderr
     assert list(tmp_path.iterdir()) == []

@@ -315,7 +315,8 @@ def _progress(silent: bool) -> Iterator[Progress]:
 def _interruptible() -> Iterator[Progress]:
     """Give a progress callback that raises KeyboardInterrupt after Ctrl-C or SIGTERM.
 
-    The signal itself raises too, but where it falls into a destructor Python only reports it and goes on.
+    The signal itself raises too, but where it falls into a destructor Python only reports it and goes on, and where it
+    falls into a compiled module another error may come of it.
     """
     told = False
 
@@ -331,6 +332,10 @@ def _interruptible() -> Iterator[Progress]:
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield check
+    except Exception:
+        if told:
+            raise KeyboardInterrupt from None
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -18,7 +18,12 @@ _THIN = 0.035
 #: case. With a tenth of this, two crossing cylinders of 7 h and 9 h radius kept 129 triangles below 1 degree of 49,000
 #: and 254 self-intersecting pairs, instead of 0 and 21.
 _SMOOTH_SHIFT = 0.02
-_SHARP_SHIFT = 0.01
+_SHARP_SHIFT = 0.03
+
+#: A triangle faces its field normal above this cosine. Folds at a plane rim lie in its plane, where the cosine is
+#: rounding noise: with 0 for this and 0.01 for the shift, 18 contours of turned parts kept 116 self-intersecting pairs,
+#: with 0.3 and 0.03 they keep 20.
+_FACING = 0.3
 
 _ROUNDS = 8
 
@@ -36,7 +41,7 @@ def _quality(p, a, b, c, facing):
     if area == 0 or longest == 0:
         return 0.0
     along = x * facing[0] + y * facing[1] + z * facing[2]
-    return area / longest if along > 0 else -1.0 + along / area
+    return area / longest if along > _FACING * area else -1.0 + along / area
 
 
 @jit

@@ -28,7 +28,7 @@ from .sizing import Engine
 #: An opening that loses more than this share of the volume is refused unless forced.
 LOST_VOLUME_LIMIT = 0.5
 
-#: Operations by name, with whether they build outside the part.
+#: Operations by name.
 OPERATIONS = ("fillet", "round", "smooth", "offset")
 
 

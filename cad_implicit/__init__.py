@@ -61,7 +61,25 @@ if TYPE_CHECKING:
     from .redistancing import redistance as redistance
     from .rfunctions import normalize as normalize
     from .rfunctions import taubin as taubin
+    from .shapes import box as box
+    from .shapes import circle as circle
+    from .shapes import cone as cone
+    from .shapes import cylinder as cylinder
+    from .shapes import ellipsoid as ellipsoid
+    from .shapes import extruded as extruded
+    from .shapes import plane as plane
+    from .shapes import polygon as polygon
+    from .shapes import rectangle as rectangle
+    from .shapes import revolved as revolved
+    from .shapes import slab as slab
+    from .shapes import sphere as sphere
+    from .shapes import superquadric as superquadric
+    from .shapes import torus as torus
     from .simplifying import simplify as simplify
+    from .transforms import mirrored as mirrored
+    from .transforms import moved as moved
+    from .transforms import scaled as scaled
+    from .transforms import turned as turned
 
 __version__ = "0.1.0"
 
@@ -73,21 +91,39 @@ _HOMES = {
     "Implicit": "implicit",
     "Mesh": "mesh",
     "MeshDistance": "distance",
+    "box": "shapes",
+    "circle": "shapes",
     "compare": "comparison",
+    "cone": "shapes",
     "contour": "contouring",
     "contour_curves": "contouring",
+    "cylinder": "shapes",
+    "ellipsoid": "shapes",
+    "extruded": "shapes",
     "fillet": "ops",
+    "mirrored": "transforms",
+    "moved": "transforms",
     "normalize": "rfunctions",
     "offset": "ops",
+    "plane": "shapes",
+    "polygon": "shapes",
+    "rectangle": "shapes",
     "redistance": "redistancing",
+    "revolved": "shapes",
     "round": "ops",
     "run": "job",
     "sample": "field",
-    "simplify": "simplifying",
     "save": "cad",
+    "scaled": "transforms",
+    "simplify": "simplifying",
+    "slab": "shapes",
     "smooth": "ops",
+    "sphere": "shapes",
+    "superquadric": "shapes",
     "taubin": "rfunctions",
     "to_mesh": "cad",
+    "torus": "shapes",
+    "turned": "transforms",
 }
 
 __all__ = [*_HOMES, "errors"]

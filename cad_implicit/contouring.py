@@ -19,6 +19,7 @@ from .field import Field
 from .implicit import Implicit, polished
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .sizing import check_bounded
 
 #: Values closer to zero than this fraction of the spacing are moved there: a vertex is never closer to a node, which
 #: would give triangles without area in the single precision of the marching cubes. Moves the surface by as much.
@@ -61,7 +62,7 @@ def contour(
     EmptyResultError
         If there is no surface.
     SpacingError
-        If the shape is not in 3-D, or a spacing is missing.
+        If the shape is not in 3-D or has no end, or a spacing is missing.
     """
     if shape.dim != 3:
         raise SpacingError("contour() works in 3-D; use contour_curves() for a field in the plane")
@@ -70,6 +71,7 @@ def contour(
     h = shape.spacing if spacing is None else spacing
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
+    check_bounded(shape.bounds)
     bounded = surface_of(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)

@@ -179,6 +179,7 @@ class _Call:
         if engine not in (None, *get_args(Engine)):
             raise ValueError(f"engine must be one of {', '.join(get_args(Engine))}, not {engine!r}")
         self.source = as_implicit(shape)
+        sizing.check_bounded(self.source.bounds)
         self.radius = sizing.check_radius(radius, self.source.bounds, opening=opening)
         self.engine: Engine = engine or ("exact" if self.source.exact_inside or self.source.exact_outside else "reinit")
         self.threads, self.progress, self.margin = threads, progress, margin

@@ -49,6 +49,14 @@ def positive(name: str, value: float, error: type[RadiusError] | type[SpacingErr
     return number
 
 
+def check_bounded(bounds: ArrayLike) -> None:
+    """Raise SpacingError if a shape goes on for ever, as planes, slabs and lattices do."""
+    endless = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)
+    if endless.any():
+        axes = ", ".join("xyz"[axis] for axis in np.flatnonzero(endless))
+        raise SpacingError(f"the shape has no end along {axes}; intersect it (&) with a box or a part first")
+
+
 def check_radius(radius: float, bounds: ArrayLike, *, opening: bool) -> float:
     """Return the radius if it is a sensible one for a part of that size.
 

@@ -61,6 +61,15 @@ if TYPE_CHECKING:
     from .redistancing import redistance as redistance
     from .rfunctions import normalize as normalize
     from .rfunctions import taubin as taubin
+    from .rjoins import blend_intersection as blend_intersection
+    from .rjoins import blend_subtraction as blend_subtraction
+    from .rjoins import blend_union as blend_union
+    from .rjoins import r_intersection as r_intersection
+    from .rjoins import r_subtraction as r_subtraction
+    from .rjoins import r_union as r_union
+    from .rsystems import RAlpha as RAlpha
+    from .rsystems import RPower as RPower
+    from .rsystems import RSmooth as RSmooth
     from .shapes import box as box
     from .shapes import circle as circle
     from .shapes import cone as cone
@@ -91,6 +100,12 @@ _HOMES = {
     "Implicit": "implicit",
     "Mesh": "mesh",
     "MeshDistance": "distance",
+    "RAlpha": "rsystems",
+    "RPower": "rsystems",
+    "RSmooth": "rsystems",
+    "blend_intersection": "rjoins",
+    "blend_subtraction": "rjoins",
+    "blend_union": "rjoins",
     "box": "shapes",
     "circle": "shapes",
     "compare": "comparison",
@@ -107,6 +122,9 @@ _HOMES = {
     "offset": "ops",
     "plane": "shapes",
     "polygon": "shapes",
+    "r_intersection": "rjoins",
+    "r_subtraction": "rjoins",
+    "r_union": "rjoins",
     "rectangle": "shapes",
     "redistance": "redistancing",
     "revolved": "shapes",

@@ -1,4 +1,4 @@
-"""R-functions and the normalization of implicit functions.
+"""The normalization of implicit functions; for R-functions see :mod:`cad_implicit.rjoins`.
 
 A function is normalized to first order if its gradient has length one on its zero level; near the surface it then
 behaves like the distance. The gradient is taken on the grid, so creases are blunt within one spacing of them.

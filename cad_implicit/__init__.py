@@ -85,6 +85,7 @@ if TYPE_CHECKING:
     from .shapes import superquadric as superquadric
     from .shapes import torus as torus
     from .simplifying import simplify as simplify
+    from .skeletons import convolution as convolution
     from .transforms import mirrored as mirrored
     from .transforms import moved as moved
     from .transforms import scaled as scaled
@@ -112,6 +113,7 @@ _HOMES = {
     "cone": "shapes",
     "contour": "contouring",
     "contour_curves": "contouring",
+    "convolution": "skeletons",
     "cylinder": "shapes",
     "ellipsoid": "shapes",
     "extruded": "shapes",

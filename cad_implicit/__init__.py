@@ -49,11 +49,15 @@ if TYPE_CHECKING:
     from .distance import MeshDistance as MeshDistance
     from .field import Field as Field
     from .field import sample as sample
+    from .grading import graded as graded
     from .grid import Grid as Grid
     from .implicit import Function as Function
     from .implicit import Implicit as Implicit
     from .job import run as run
+    from .lattice import slab_lattice as slab_lattice
+    from .lattice import strut_lattice as strut_lattice
     from .mesh import Mesh as Mesh
+    from .minimal import tpms as tpms
     from .ops import fillet as fillet
     from .ops import offset as offset
     from .ops import round as round
@@ -118,6 +122,7 @@ _HOMES = {
     "ellipsoid": "shapes",
     "extruded": "shapes",
     "fillet": "ops",
+    "graded": "grading",
     "mirrored": "transforms",
     "moved": "transforms",
     "normalize": "rfunctions",
@@ -137,12 +142,15 @@ _HOMES = {
     "scaled": "transforms",
     "simplify": "simplifying",
     "slab": "shapes",
+    "slab_lattice": "lattice",
     "smooth": "ops",
     "sphere": "shapes",
+    "strut_lattice": "lattice",
     "superquadric": "shapes",
     "taubin": "rfunctions",
     "to_mesh": "cad",
     "torus": "shapes",
+    "tpms": "minimal",
     "turned": "transforms",
 }
 

@@ -40,6 +40,7 @@ class Boolean(Implicit):
             second_inside, second_outside = second_outside, second_inside
         self.exact_outside = union and first.exact_outside and second_outside
         self.exact_inside = not union and first.exact_inside and second_inside
+        self.rough = first.rough or second.rough
         spacings = [s.spacing for s in (first, second) if s.spacing is not None]
         self.spacing = min(spacings, default=None)
 

@@ -10,23 +10,23 @@ so unchanged faces stay on the original, and the result is an exact distance aga
 the closing of the complement, the offset by r the closing moved by r, smoothing one after the other.
 
 S is contoured with its creases (:mod:`cad_implicit.dual`), and only unsigned distances to it are used: signs always
-come from the part. At the points of the result the ball's centre is polished (:mod:`cad_implicit.polish`).
+come from the part. At the points of the result the ball's centre is polished (:mod:`cad_implicit.blends`).
 """
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .blends import blended
 from .distance import MeshDistance, Surface
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
 from .parallel import Progress, no_progress
-from .polish import polish_centres
 
 #: Largest distance between result and truth: facets of vertices that lie on a blend miss it by their sagitta, this many
 #: spacings² / radius …
@@ -38,19 +38,13 @@ SHARP_EDGE = 0.02
 #: A pushed ball fits if nothing of the part is deeper in it than this share of the radius …
 _FIT_RADIUS = 1e-6
 
-#: … and this share of the spacing.
-_FIT_SPACING = 1e-5
+#: … and this share of the spacing; what that leaves out is less than 1e-3 spacings deep. The facets of holes stay below
+#: (a ball pushed against one cuts into its neighbours), so that they do not take the errors of S, 0.04 spacings, which
+#: bent the surface of centres of the next operation by 0.3. Tests with room to spare end sooner, too.
+_FIT_SPACING = 0.02
 
 #: The distance to S counts only if it differs from the part's own by this share of the spacing.
 _CHANGED = 1e-7
-
-#: S is off by up to this many spacings. Where the distances agree within this, beside the borders of fillets and on
-#: faces, a point of the result is taken as changed if the pushed ball cuts in by …
-_DOUBT = 0.07
-
-#: … this many spacings; what that leaves out is less than 1e-3 spacings deep. The facets of holes stay below: at a
-#: tessellation of 0.005 spacings a pushed ball cuts into the neighbours of its facet by at most 0.02.
-_DOUBT_CUT = 0.02
 
 
 class Shifted(Implicit):
@@ -60,7 +54,7 @@ class Shifted(Implicit):
         self.parent = parent
         self.amount = amount
         self.lipschitz = parent.lipschitz
-        self.spacing = parent.spacing
+        self.spacing, self.rough = parent.spacing, parent.rough
         growth = max(amount, 0.0)
         self.bounds = parent.bounds + [[-growth], [growth]]
 
@@ -85,7 +79,7 @@ class Complement(Implicit):
         self.parent = parent
         self.lipschitz = parent.lipschitz
         self.exact_inside, self.exact_outside = parent.exact_outside, parent.exact_inside
-        self.spacing = parent.spacing
+        self.spacing, self.rough = parent.spacing, parent.rough
         self.bounds = parent.bounds
 
     def __call__(self, points: ArrayLike) -> FloatArray:
@@ -129,7 +123,7 @@ class Closing(Implicit):
     """
 
     lipschitz = 1.0
-    exact_inside = exact_outside = True
+    exact_inside = exact_outside = rough = True
     spacing: float
 
     def __init__(
@@ -166,25 +160,7 @@ class Closing(Implicit):
 
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients from polished ball centres: for points of the result."""
-        look = partial(polished, self.parent)
-        value, gradient = (array.copy() for array in look(points))
-        which, distance, centre = self._candidates(points, value, gradient)
-        change = distance - self.radius - value[which]
-        likely = change > -_DOUBT * self.spacing
-        which, centre, change = which[likely], centre[likely], change[likely]
-        doubtful = change < _DOUBT * self.spacing
-        taken = ~doubtful
-        if doubtful.any():
-            pushed = self._pushed(points, value, gradient, which[doubtful])
-            taken[doubtful] = _within(self.parent, pushed, self.radius - _DOUBT_CUT * self.spacing)
-        which, centre, doubtful = which[taken], centre[taken], doubtful[taken]
-        if len(which):
-            centre, found = polish_centres(
-                look, self.radius, self.spacing, points[which], centre, threads=self._threads
-            )
-            keep = found | ~doubtful
-            self._set(points, value, gradient, which[keep], centre[keep])
-        return value, gradient
+        return blended(self.parent, self._centres, self.radius, self.spacing, points, threads=self._threads)
 
     def _pushed(self, x: FloatArray, value: FloatArray, gradient: FloatArray, which: NDArray[np.intp]) -> FloatArray:
         """Centres of the balls pushed against the part's points nearest to some of the points."""
@@ -218,7 +194,7 @@ class Dilation(Implicit):
     """
 
     lipschitz = 1.0
-    exact_inside = exact_outside = True
+    exact_inside = exact_outside = rough = True
 
     def __init__(self, parent: Implicit, amount: float, spacing: float, *, threads: int | None = None) -> None:
         self.surface = Shifted(parent, amount)
@@ -242,13 +218,6 @@ class Dilation(Implicit):
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients, as exact as the closing knows them."""
         return self._distance.polished(points)
-
-
-def _within(shape: Implicit, points: FloatArray, radius: float) -> NDArray[np.bool_]:
-    """Whether the surface comes nearer to points than a radius, as exactly as the shape knows."""
-    if hasattr(shape, "polished"):
-        return np.asarray(np.abs(polished(shape, points)[0]) < radius)
-    return shape.within(points, radius)
 
 
 def complement(shape: Implicit) -> Implicit:

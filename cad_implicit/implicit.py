@@ -33,6 +33,8 @@ class Implicit(ABC):
         Whether values are exact signed distances everywhere on that side, not only near the surface.
     spacing : float or None
         Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
+    rough : bool
+        Whether ``polished`` gives better values than calls do.
     """
 
     bounds: FloatArray
@@ -40,6 +42,7 @@ class Implicit(ABC):
     exact_inside: bool = False
     exact_outside: bool = False
     spacing: float | None = None
+    rough: bool = False
 
     @abstractmethod
     def __call__(self, points: ArrayLike) -> FloatArray:

@@ -37,19 +37,36 @@ _LOOK_AHEAD = 0.3
 #: Normals closer than this cosine (20 degrees) belong to the same feature, seen from nearby.
 _SAME_FEATURE = 0.94
 
+#: Normals are of the same feature, seen again, if they differ by less than this, or little more than the places; rough
+#: values see the facets of another contour.
+_SAME_NORMAL = 1e-6
+_ROUGH_SAME_NORMAL = 0.05
+
 #: Rounds of projecting and looking: planar contacts need two, doubly curved ones five, rims of holes up to a dozen.
-_ROUNDS = 16
+_ROUNDS = 10
 
-#: A place is right if the ball there cuts into the part by less than this share of the radius …
-_CONVERGED = 1e-7
+#: A place is right if the ball there cuts into the part by less than this many spacings, and projecting anew changes
+#: its distance from the point by less than …
+_CUT = 1e-4
 
-#: … and projecting anew moves it by less than this share: the distance from the fillet is off by about half the square
-#: of that, 1e-5 spacings at a radius of 20.
-_CLOSE = 1e-3
+#: … this many. The facets of a curved face (tessellated to 3e-4 spacings) move the centre to and fro by 0.05 spacings
+#: along its spine, which changes the distance by as little.
+_CLOSE = 1e-4
 
-#: Places that are not right, but where the ball cuts by less than this share of the radius, are better than nothing:
-#: between the facets of curved faces the rounds may go to and fro.
-_FITS = 1e-6
+#: … and these with rough values, …
+_ROUGH_CUT = 0.05
+_ROUGH_CLOSE = 1e-3
+
+#: … in so many rounds.
+_ROUGH_ROUNDS = 6
+
+#: Looks at better values, and the move in spacings by one after which another is needed: half its square over the
+#: radius is left.
+_CORRECTIONS = 3
+_AGAIN = 0.05
+
+#: Fewer points than this are not worth a second thread.
+_SERIAL_ITEMS = 20_000
 
 #: Largest multiple of the last move by which the secant method may extrapolate.
 _FARTHEST = 10.0
@@ -64,6 +81,7 @@ def polish_centres(
     points: FloatArray,
     centres: FloatArray,
     *,
+    better: Evaluate | None = None,
     threads: int | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Centres of the balls that touch a fillet nearest to given points.
@@ -80,6 +98,8 @@ def polish_centres(
         Points on or near the fillet.
     centres : (N, 3) float64
         Rough centres.
+    better : callable, optional
+        As ``part``, which is rough then: looked at only at the end, at the features that hold the centres.
     threads : int, optional
         Default: all cores.
 
@@ -89,14 +109,23 @@ def polish_centres(
     accepted : (N,) bool
         Where the polish converged; elsewhere the rough centre is returned.
     """
-    problem = _Problem(part, radius, spacing, points, centres, threads)
+    problem = _Problem(part, radius, spacing, points, centres, better is not None, threads)
     active = np.arange(len(points))
-    for _ in range(_ROUNDS):
+    for _ in range(problem.rounds):
         if len(active) == 0:
             break
         active = problem.advance(active)
-    found = np.where(problem.settled[:, None], problem.goal, problem.best)
-    return centres + radius * found, problem.settled | np.isfinite(problem.shortest)
+    found = problem.settled | np.isfinite(problem.shortest)
+    polished = centres + radius * problem.best
+    if better is not None:
+        problem.correct(np.flatnonzero(found), better)
+        polished = centres + radius * problem.best
+        left = np.flatnonzero(~found)
+        if len(left):
+            polished[left], found[left] = polish_centres(
+                better, radius, spacing, points[left], centres[left], threads=threads
+            )
+    return polished, found
 
 
 class _Problem:
@@ -109,6 +138,7 @@ class _Problem:
         spacing: float,
         points: FloatArray,
         centres: FloatArray,
+        rough: bool,
         threads: int | None,
     ) -> None:
         count = len(points)
@@ -116,6 +146,13 @@ class _Problem:
         self.target = (points - centres) / radius
         self.step = min(_STEP_SPACING * spacing / radius, _STEP_RADIUS)
         self.reach = _REACH * spacing / radius
+        unit = spacing / radius
+        #: By how much the ball may cut into the part, and how far the last projection may move it.
+        self.cut = (_ROUGH_CUT if rough else _CUT) * unit
+        self.close = (_ROUGH_CLOSE if rough else _CLOSE) * unit
+        self.same_normal = _ROUGH_SAME_NORMAL if rough else _SAME_NORMAL
+        self.rounds = _ROUGH_ROUNDS if rough else _ROUNDS
+        self.again = _AGAIN * unit
         self.normals, self.offsets = np.zeros((count, _PLANES, 3)), np.zeros((count, _PLANES))
         self.seen_from = np.zeros((count, _PLANES, 3))
         self.counts = np.zeros(count, np.int64)
@@ -129,6 +166,9 @@ class _Problem:
         self.settled = np.zeros(count, bool)
         #: The nearest place that fits, for those that do not settle.
         self.best, self.shortest = np.zeros((count, 3)), np.full(count, np.inf)
+        #: … and the half-spaces that hold it.
+        self.best_normals, self.best_offsets = np.zeros((count, 3, 3)), np.zeros((count, 3))
+        self.best_count = np.zeros(count, np.int64)
         everything = np.arange(count)
         self._look(everything)
         self.goal, _ = self._project(everything)
@@ -148,16 +188,47 @@ class _Problem:
         self._refine(which[arrived], mask[arrived])
         return which[~self.settled[which]]
 
+    def correct(self, which: NDArray[np.intp], better: Evaluate) -> None:
+        """Linearise what holds the centres by better values and project anew."""
+        for _ in range(_CORRECTIONS):
+            which = which[self.best_count[which] > 0]
+            if len(which) == 0:
+                break
+            row, slot = np.nonzero(np.arange(3) < self.best_count[which, None])
+            query = which[row]
+            old = self.best_normals[query, slot]
+            normal, offset = self._half_spaces(query, self.best[query] - _LOOK_AHEAD * old, better)
+            same = (normal * old).sum(axis=1) > _SAME_FEATURE
+            query, slot = query[same], slot[same]
+            self.best_normals[query, slot], self.best_offsets[query, slot] = normal[same], offset[same]
+            before = self.best[which]
+            with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
+                self.best[which], _ = halfspaces.nearest_feasible_many(
+                    which, self.target, self.best_normals, self.best_offsets, self.best_count, self.best
+                )
+            which = which[np.linalg.norm(self.best[which] - before, axis=1) > self.again]
+
+    def _keep_planes(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
+        """Remember the half-spaces that hold the best places."""
+        bits = (np.maximum(mask, 0)[:, None] >> np.arange(_PLANES)) & 1
+        row, plane = np.nonzero(bits)
+        slot = (np.cumsum(bits, axis=1) - 1)[row, plane]
+        self.best_count[which] = bits.sum(axis=1)
+        query = which[row]
+        self.best_normals[query, slot], self.best_offsets[query, slot] = (
+            self.normals[query, plane], self.offsets[query, plane],
+        )  # fmt: skip
+
     def _look(self, which: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Measure how far the balls are from the part; returns which ones cut into a new feature, and adds it."""
         normal, offset = self._half_spaces(which, self.place[which])
         self.gap[which] = (normal * self.place[which]).sum(axis=1) - offset
         new = np.zeros(len(which), np.bool_)
-        cuts = (self.gap[which] < -_CONVERGED) | (self.counts[which] == 0)
-        with parallel.threads(self.threads):
+        cuts = (self.gap[which] < -self.cut) | (self.counts[which] == 0)
+        with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
             new[cuts] = halfspaces.add_planes(
                 self.normals, self.offsets, self.seen_from, self.counts, which[cuts], normal[cuts], offset[cuts],
-                self.place,
+                self.place, self.held, self.same_normal,
             )  # fmt: skip
         return new
 
@@ -171,29 +242,36 @@ class _Problem:
         place = self.place[which]
         goal, mask = self._project(which)
         moved = goal - place
-        self.settled[which] = (np.linalg.norm(moved, axis=1) <= _CLOSE) & (self.gap[which] >= -_CONVERGED) & (mask > 0)
+        length = np.linalg.norm(self.target[which] - place, axis=1)
+        shorter = length - np.linalg.norm(self.target[which] - goal, axis=1)
+        fits = self.gap[which] >= -self.cut
+        settled = fits & (np.abs(shorter) <= self.close) & (mask > 0)
+        self.settled[which] = settled
         change = moved - (self.before_goal[which] - self.before[which])
         share = (change * moved).sum(axis=1) / np.maximum((change * change).sum(axis=1), 1e-300)
         usable = (share > -_FARTHEST) & (share < 1) & (mask == self.held[which])
         share = np.where(usable, share, 0.0)[:, None]
         faster = goal - share * np.where(usable[:, None], goal - self.before_goal[which], 0.0)
         self.before[which], self.before_goal[which], self.held[which] = place, goal, mask
-        self.goal[which] = np.where(self.settled[which][:, None], goal, faster)
-        length = np.linalg.norm(self.target[which] - place, axis=1)
-        better = (self.gap[which] >= -_FITS) & (length < self.shortest[which])
-        self.shortest[which[better]], self.best[which[better]] = length[better], place[better]
+        self.goal[which] = faster
+        better = settled | (fits & (length < self.shortest[which]))
+        self.shortest[which[better]] = length[better]
+        self.best[which[better]] = np.where(settled[:, None], goal, place)[better]
+        self._keep_planes(which[better], mask[better])
 
     def _project(self, which: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.int64]]:
         """Nearest points of the half-spaces, and the bit masks of those that hold them."""
-        with parallel.threads(self.threads):
+        with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
             goal, mask = halfspaces.nearest_feasible_many(
                 which, self.target, self.normals, self.offsets, self.counts, self.place
             )
         return goal, mask
 
-    def _half_spaces(self, which: NDArray[np.intp], places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _half_spaces(
+        self, which: NDArray[np.intp], places: FloatArray, look: Evaluate | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """Give normals and offsets of the features nearest to some places."""
-        value, gradient = self.part(self.origin[which] + self.radius * places)
+        value, gradient = (look or self.part)(self.origin[which] + self.radius * places)
         normal = -gradient
         return normal, 1 + value / self.radius + (normal * places).sum(axis=1)
 

@@ -57,9 +57,11 @@ def test_planes_of_one_feature_replace_each_other() -> None:
     n, b, seen_from = np.zeros((1, 2, 3)), np.zeros((1, 2)), np.zeros((1, 2, 3))
     count, row = np.zeros(1, np.int64), np.array([0])
 
-    def add(normal: list[float], offset: float, place: list[float]) -> bool:
+    def add(normal: list[float], offset: float, place: list[float], held: int = -1) -> bool:
         unit = np.array([normal]) / np.linalg.norm(normal)
-        new = halfspaces.add_planes(n, b, seen_from, count, row, unit, np.array([offset]), np.array([place]))
+        new = halfspaces.add_planes(
+            n, b, seen_from, count, row, unit, np.array([offset]), np.array([place]), np.array([held]), 1e-6
+        )
         return bool(new[0])
 
     assert add([0, 0, 1], 1.0, [0, 0, 0])
@@ -70,3 +72,6 @@ def test_planes_of_one_feature_replace_each_other() -> None:
     assert add([0, 1, 0], -5.0, [0, 0, 0])  # full: takes the place of the slackest
     assert count[0] == 2
     assert sorted(b[0]) == [-5.0, 1.1] or sorted(b[0]) == [-5.0, 1.0]
+    other = int(b[0].argmin() == 0)
+    assert add([1, 0, 0], -7.0, [0, 0, 0], held=2 - other)  # … but not of one that holds the centre
+    assert b[0, other] == -7.0

@@ -16,11 +16,8 @@ _DEPENDENT = 1e-9
 _FEASIBLE = 1e-9
 
 #: Planes are of the same feature if their normals turned by less than this times the distance between the places they
-#: were seen from, in radii (1 for a point, less for a curved face, 0 for a plane) …
+#: were seen from, in radii (1 for a point, less for a curved face, 0 for a plane).
 _SAME_TURN = 1.2
-
-#: … or by less than this.
-_SAME_NORMAL = 1e-6
 
 
 @jit
@@ -117,11 +114,12 @@ def nearest_feasible_many(which, x, n, b, count, fallback):
 
 
 @parallel_jit
-def add_planes(n, b, seen_from, count, which, normal, offset, place):
+def add_planes(n, b, seen_from, count, which, normal, offset, place, held, same_normal):
     """Add to the set of each row ``which`` the plane that its ``place (N, 3)`` gave, lengths in radii.
 
     It replaces the one of the same feature: around a convex feature the normal turns by no more than the place moves
-    in radii. Else, if the set is full, it replaces the slackest. Returns which ones are new.
+    in radii, and ``same_normal``. Else, if the set is full, it replaces the slackest of those that are not in the mask
+    ``held (N,)``. Returns which ones are new.
     """
     new = np.zeros(len(which), np.bool_)
     for q in numba.prange(len(which)):
@@ -134,9 +132,9 @@ def add_planes(n, b, seen_from, count, which, normal, offset, place):
                 turned += (n[k, i, d] - normal[q, d]) ** 2
                 moved += (seen_from[k, i, d] - place[k, d]) ** 2
                 reach += n[k, i, d] * place[k, d]
-            if turned < best and turned <= _SAME_TURN**2 * moved + _SAME_NORMAL**2:
+            if turned < best and turned <= _SAME_TURN**2 * moved + same_normal**2:
                 best, put = turned, i
-            if reach > slack:
+            if reach > slack and (held[k] < 0 or not (held[k] >> i) & 1):
                 slack, slackest = reach, i
         if put < 0:
             new[q] = True

@@ -5,8 +5,8 @@ gets the vertex nearest to its tangent planes; each edge gets a quad. Ju, Losass
 DOI 10.1145/566654.566586; one vertex for each piece of surface: Schaefer, Ju and Warren 2007,
 DOI 10.1109/TVCG.2007.1012.
 
-Promised: the mesh is closed, oriented outward and 2-manifold, whatever the function. Not promised: freedom from
-self-intersections (thin walls and gaps near the spacing may touch), and features thinner than the spacing.
+Promised: the mesh is closed, oriented outward and 2-manifold, whatever the function. Self-intersections are mended
+(:mod:`cad_implicit.untangling`). Not promised: features thinner than the spacing.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from . import parallel
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
-from .kernels import crossings, hermite, projection, qef, slivers
+from .kernels import crossings, hermite, projection, qef
 from .kernels import dual_contour as mesh_kernels
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sparse import Bricks, sample_bricks, worthwhile
 from .surface_cells import Cells, find_cells
+from .untangling import Pieces, triangulate
 
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -62,6 +63,7 @@ def dual_contour(
     progress: Progress = no_progress,
     project: bool = True,
     polish: Evaluate | None = None,
+    untangle: bool = True,
 ) -> Mesh:
     """Contour the surface of an Implicit, keeping its sharp edges and corners.
 
@@ -84,6 +86,8 @@ def dual_contour(
     polish : callable, optional
         Maps points (N, 3) to values (N,) and gradients (N, 3) more accurately than the Implicit does; used for the
         last look at points on edges and for all vertices.
+    untangle : bool
+        Mend self-intersections. Distances can do without it.
 
     Returns
     -------
@@ -103,7 +107,7 @@ def dual_contour(
     cells = find_cells(bricks, lambda points: run.evaluate(points, implicit.value_and_gradient, "hermite")[0], threads)
     foot, normal = run.hermite(cells)
     vertices = run.vertices(cells, foot, normal, project)
-    return run.mesh(cells, foot, normal, vertices)
+    return run.mesh(cells, foot, normal, vertices, untangle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,24 +290,13 @@ class _Run:
                 )
             pending = pending[again]
 
-    def mesh(self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices) -> Mesh:
-        """Triangles, slivers removed."""
+    def mesh(
+        self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices, untangle: bool = True
+    ) -> Mesh:
+        """Triangles without slivers that do not run through each other."""
         self.progress("triangles", 0.0)
-        position, rank, quads = vertices.position, vertices.rank, vertices.quads
-        special = np.flatnonzero((vertices.between >= 0).any(axis=1))
-        plain = np.ones(len(quads), np.bool_)
-        plain[special] = False
-        with self.kernels(len(quads)):
-            faces, facing = mesh_kernels.triangles(quads[plain], normal[plain], vertices.normal, position, rank)
-        if len(special):
-            centres = len(position) + np.arange(len(special))
-            fans, source = mesh_kernels.fans(quads[special], vertices.between[special], centres)
-            position = np.concatenate([position, foot[special]])
-            rank = np.concatenate([rank, np.ones(len(special), np.int8)])
-            faces = np.concatenate([faces, fans])
-            facing = np.concatenate([facing, normal[special][source]])
-        self.progress("triangles", 0.5)
-        kept = slivers.remove_slivers(position, faces, facing, rank, self.bricks.spacing)
-        result = Mesh(*slivers.compact(position, faces[kept]))
+        v = vertices
+        pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.between)
+        result = Mesh(*triangulate(pieces, self.kernels, untangle))
         self.progress("triangles", 1.0)
         return result

@@ -190,27 +190,3 @@ def triangles(quad, normal, smooth, position, rank):
             _reference(normal[e], smooth, a, b, c, facing[2 * e])
             _reference(normal[e], smooth, a, c, d, facing[2 * e + 1])
     return out, facing
-
-
-@jit
-def fans(quad, corners, centres):
-    """Triangles (T, 3) of quads with vertices on their sides, around a vertex in each one's middle.
-
-    ``corners`` (Q, 4) has the vertex on the side from corner c to the next one, or -1; ``centres`` (Q,) the middles.
-    """
-    out = np.empty((8 * len(quad), 3), np.int32)
-    source = np.empty(8 * len(quad), np.int32)
-    n = 0
-    for q in range(len(quad)):
-        for c in range(4):
-            start, end, between = quad[q, c], quad[q, (c + 1) & 3], corners[q, c]
-            source[n] = q
-            if between < 0:
-                out[n, 0], out[n, 1], out[n, 2] = start, end, centres[q]
-                n += 1
-                continue
-            source[n + 1] = q
-            out[n, 0], out[n, 1], out[n, 2] = start, between, centres[q]
-            out[n + 1, 0], out[n + 1, 1], out[n + 1, 2] = between, end, centres[q]
-            n += 2
-    return out[:n], source[:n]

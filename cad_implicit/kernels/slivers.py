@@ -27,6 +27,9 @@ _FACING = 0.3
 
 _ROUNDS = 8
 
+#: Rank of a vertex whose triangles stay as they are.
+FIXED = 4
+
 
 @jit
 def _quality(p, a, b, c, facing):
@@ -131,7 +134,7 @@ def _may_merge(faces, head, following, u, v):
 @jit
 def _merge_gain(p, faces, facing, rank, head, following, u, v, spacing):
     """By how much the worst triangle around u improves if u moves to v; negative if it must not."""
-    if rank[u] > rank[v]:
+    if rank[u] > rank[v] or rank[v] >= FIXED:
         return -1.0
     before, after = 2.0, 2.0
     corner = head[u]
@@ -205,6 +208,8 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
         return False
     s, e = other // 3, other % 3
     top, a, b, bottom = faces[t, c], faces[t, (c + 1) % 3], faces[t, (c + 2) % 3], faces[s, e]
+    if max(max(rank[top], rank[bottom]), max(rank[a], rank[b])) >= FIXED:
+        return False
     if top == bottom or _joined(faces, head, following, top, bottom):
         return False
     if _valence(head, following, a) < 4 or _valence(head, following, b) < 4:
@@ -276,7 +281,8 @@ def _mend(p, faces, facing, rank, alive, head, following, t, order, spacing):
 def remove_slivers(position, faces, facing, rank, spacing):
     """Mend thin and folded triangles in place; returns which triangles (F,) are left.
 
-    ``facing`` (F, 3) is the direction that each triangle should face; ``rank`` (V,) is above 1 for sharp vertices.
+    ``facing`` (F, 3) is the direction that each triangle should face; ``rank`` (V,) is above 1 for sharp vertices,
+    and ``FIXED`` for those whose triangles stay.
     """
     count = len(faces)
     alive = np.ones(count, np.bool_)

@@ -1,0 +1,121 @@
+"""Triangles of a dual contour that run through each other: found as the independent check finds them, and mended."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from dual_oracles import broken_edges, status
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from cad_implicit import Mesh, parallel
+from cad_implicit.dual import dual_contour
+from cad_implicit.field import Field
+from cad_implicit.grid import Grid
+from cad_implicit.implicit import FloatArray
+from cad_implicit.kernels.intersections import intersecting
+from validation.intersections import count_intersections, find_intersections
+
+TURN = Rotation.from_euler("xyz", [23, 37, 11], degrees=True).as_matrix()
+
+
+def found(vertices: FloatArray, faces: NDArray[np.int32], spacing: float) -> NDArray[np.bool_]:
+    with parallel.threads(1):
+        return np.asarray(intersecting(vertices, faces, spacing))
+
+
+def expected(mesh: Mesh) -> NDArray[np.bool_]:
+    marks = np.zeros(len(mesh.faces), np.bool_)
+    for pairs in find_intersections(mesh):
+        marks[pairs.ravel()] = True
+    return marks
+
+
+def soup(seed: int, count: int) -> Mesh:
+    random = np.random.default_rng(seed)
+    points = random.uniform(-1, 1, (count, 1, 3)) + random.uniform(-0.4, 0.4, (count, 3, 3))
+    return Mesh(points.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+@pytest.mark.nojit
+def test_triangles_at_random() -> None:
+    mesh = soup(3, 40)
+    marks = expected(mesh)
+    assert 10 < marks.sum() < 40
+    np.testing.assert_array_equal(found(mesh.vertices, mesh.faces, 0.4), marks)
+
+
+@pytest.mark.parametrize("spacing", [0.02, 0.1, 1.0])
+def test_pushed_vertices_whatever_the_bins(spacing: float) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    random = np.random.default_rng(1)
+    vertices = ball.vertices @ TURN.T
+    vertices[random.choice(len(vertices), 60, replace=False)] += random.uniform(-0.12, 0.12, (60, 3))
+    mesh = Mesh(vertices, ball.faces)
+    marks = expected(mesh)
+    assert marks.sum() > 20
+    np.testing.assert_array_equal(found(mesh.vertices, mesh.faces, spacing), marks)
+
+
+@pytest.mark.nojit
+def test_folds_double_triangles_and_overlaps_in_a_plane() -> None:
+    fold = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.4, 0.9, 1e-4]])
+    pair = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
+    assert found(fold, pair, 1.0).all()
+    open_pair = fold + [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0.1]]
+    assert not found(open_pair, pair, 1.0).any()
+    assert found(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]], np.int32), 1.0).all()
+    plane = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0], [1, 3, 0], [3, 1, 0]])
+    assert found(plane, np.array([[0, 1, 2], [3, 4, 5]], np.int32), 4.0).all()
+    assert not found(plane + 1.0, np.array([[0, 1, 3], [3, 5, 4]], np.int32), 4.0).any()
+
+
+def test_nothing_is_found_in_nothing() -> None:
+    assert len(found(np.zeros((0, 3)), np.zeros((0, 3), np.int32), 1.0)) == 0
+
+
+def test_the_number_of_threads_does_not_matter() -> None:
+    mesh = soup(5, 400)
+    one = found(mesh.vertices, mesh.faces, 0.3)
+    with parallel.threads(2):
+        np.testing.assert_array_equal(intersecting(mesh.vertices, mesh.faces, 0.3), one)
+
+
+def random_field(size: int, seed: int, blur: float) -> Field:
+    values = np.random.default_rng(seed).standard_normal((size, size, size))
+    values = gaussian_filter(values, blur) if blur else values
+    values[size // 2, size // 2, size // 2] = 1.0
+    return Field(Grid((0.1, 0.2, 0.3), (1.0, 1.0, 1.0), values.shape), values)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(3, 11), st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.6, 1.2]))
+def test_random_fields_have_no_self_intersections(size: int, seed: int, blur: float) -> None:
+    mesh = dual_contour(random_field(size, seed, blur), 0.77)
+    assert broken_edges(mesh) == 0
+    assert status(mesh) == "NoError"
+    assert count_intersections(mesh) == 0
+
+
+def test_what_is_far_from_a_tangle_does_not_change() -> None:
+    field, h = random_field(14, 7, 1.0), 0.31
+    before = dual_contour(field, h, untangle=False)
+    after = dual_contour(field, h)
+    assert count_intersections(before) > 0
+    assert count_intersections(after) == 0
+    tangles = before.vertices[before.faces[expected(before)]].reshape(-1, 3)
+    for mesh, other in ((before, after), (after, before)):
+        gone = mesh.vertices[cKDTree(other.vertices).query(mesh.vertices)[0] > 0]
+        assert 0 < len(gone) < 0.2 * len(mesh.vertices)
+        assert cKDTree(tangles).query(gone)[0].max() < 4 * h
+
+
+def test_tangles_are_mended_alike_on_any_number_of_threads() -> None:
+    one, two = (dual_contour(random_field(11, 7, 0.6), 0.5, threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.faces, two.faces)
+    np.testing.assert_array_equal(one.vertices, two.vertices)

@@ -88,6 +88,8 @@ if TYPE_CHECKING:
     from .shapes import sphere as sphere
     from .shapes import superquadric as superquadric
     from .shapes import torus as torus
+    from .shelling import infill as infill
+    from .shelling import shell as shell
     from .simplifying import simplify as simplify
     from .skeletons import convolution as convolution
     from .transforms import mirrored as mirrored
@@ -123,6 +125,7 @@ _HOMES = {
     "extruded": "shapes",
     "fillet": "ops",
     "graded": "grading",
+    "infill": "shelling",
     "mirrored": "transforms",
     "moved": "transforms",
     "normalize": "rfunctions",
@@ -140,6 +143,7 @@ _HOMES = {
     "sample": "field",
     "save": "cad",
     "scaled": "transforms",
+    "shell": "shelling",
     "simplify": "simplifying",
     "slab": "shapes",
     "slab_lattice": "lattice",

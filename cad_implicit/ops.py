@@ -76,7 +76,7 @@ def offset(
         With what was wrong, the figures, and what to do.
     """
     size = sizing.positive("the offset's amount", abs(distance))
-    call = _Call(shape, size, max(distance, 0.0), distance < 0, spacing, tolerance, engine, threads, progress)
+    call = Call(shape, size, max(distance, 0.0), distance < 0, spacing, tolerance, engine, threads, progress)
     sides: tuple[Side, ...] = ("outside",) if distance > 0 else ("inside",)
     if call.engine == "reinit":
         return _nonempty(reinit.offset(call.field(sides), distance), size)
@@ -94,7 +94,7 @@ def fillet(
     progress: Progress = no_progress,
 ) -> Implicit:
     """Fillet all concave edges: the closing by a ball (section 4.3 of the paper). Parameters as for :func:`offset`."""
-    call = _Call(shape, radius, radius, False, spacing, tolerance, engine, threads, progress)
+    call = Call(shape, radius, radius, False, spacing, tolerance, engine, threads, progress)
     if call.engine == "reinit":
         return reinit.closing(call.field(("outside",)), radius, threads=threads, progress=progress)
     return exact.closing(call.distance(("outside",)), radius, call.spacing, threads=threads, progress=progress)
@@ -114,7 +114,7 @@ def round(  # the operation's name in CAD and in the paper
 
     Whatever is thinner than twice the radius is deleted, with a GeometryWarning.
     """
-    call = _Call(shape, radius, 0.0, True, spacing, tolerance, engine, threads, progress)
+    call = Call(shape, radius, 0.0, True, spacing, tolerance, engine, threads, progress)
     if call.engine == "reinit":
         return _nonempty(reinit.opening(call.field(("inside",)), radius, threads=threads, progress=progress), radius)
     return exact.opening(call.distance(("inside",)), radius, call.spacing, threads=threads, progress=progress)
@@ -135,7 +135,7 @@ def smooth(
 
     ``first`` tells which of the two comes first; the results differ where both kinds of edge meet.
     """
-    call = _Call(shape, radius, radius, True, spacing, tolerance, engine, threads, progress)
+    call = Call(shape, radius, radius, True, spacing, tolerance, engine, threads, progress)
     sides: tuple[Side, ...] = ("inside", "outside")
     if call.engine == "reinit":
         field = reinit.smoothing(call.field(sides), radius, first=first, threads=threads, progress=progress)
@@ -161,8 +161,11 @@ def as_implicit(shape: Shape) -> Implicit:
     return MeshDistance(to_mesh(shape).require_closed())
 
 
-class _Call:
-    """What all operations do first: understand the shape, choose engine and spacing, check the radius."""
+class Call:
+    """What all operations do first: understand the shape, choose engine and spacing, check the radius.
+
+    ``check`` tells whether to warn where no ball of the radius fits.
+    """
 
     def __init__(
         self,
@@ -181,7 +184,9 @@ class _Call:
         self.source = as_implicit(shape)
         sizing.check_bounded(self.source.bounds)
         self.radius = sizing.check_radius(radius, self.source.bounds, opening=opening)
-        self.engine: Engine = engine or ("exact" if self.source.exact_inside or self.source.exact_outside else "reinit")
+        # what has a spacing was made by the exact engine
+        exactly = self.source.exact_inside or self.source.exact_outside or self.source.spacing is not None
+        self.engine: Engine = engine or ("exact" if exactly else "reinit")
         self.threads, self.progress, self.margin = threads, progress, margin
         if self.engine == "exact" and self.source.dim != 3:
             raise ValueError('the exact engine works in 3-D; use engine="reinit" in the plane')
@@ -192,21 +197,21 @@ class _Call:
             self.source.bounds, radius, engine=self.engine, spacing=spacing, tolerance=tolerance, margin=margin
         )
 
-    def distance(self, sides: tuple[Side, ...]) -> Implicit:
+    def distance(self, sides: tuple[Side, ...], *, check: bool = True) -> Implicit:
         """Exact distance on the sides that matter, for the exact engine."""
         side: Literal["inside", "outside", "both"] = sides[0] if len(sides) == 1 else "both"
         part = exact.distance_to(self.source, self.spacing, side, threads=self.threads, progress=self.progress)
-        if isinstance(part, MeshDistance):
+        if check and isinstance(part, MeshDistance):
             self._check_medial_axis(part.mesh, sides)
         return part
 
-    def field(self, sides: tuple[Side, ...]) -> Field:
+    def field(self, sides: tuple[Side, ...], *, check: bool = True) -> Field:
         """Distance field on a grid that holds everything the operation builds, for the reinit engine."""
         grid = sizing.grid_over(self.source.bounds, self.spacing, self.margin)
         if isinstance(self.source, Field) and not self.given:
             grid = _widened(self.source.grid, self.source.bounds, self.margin)
         phi = reinit.distance_field(self.source, grid, self.radius, threads=self.threads, progress=self.progress)
-        if phi.grid.dim == 3:
+        if check and phi.grid.dim == 3:
             self._check_medial_axis(self.source.mesh if isinstance(self.source, MeshDistance) else contour(phi), sides)
         return phi
 

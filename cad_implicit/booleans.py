@@ -41,6 +41,8 @@ class Boolean(Implicit):
         self.exact_outside = union and first.exact_outside and second_outside
         self.exact_inside = not union and first.exact_inside and second_inside
         self.rough = first.rough or second.rough
+        second_bounded = second.bounded == (second_sign > 0)
+        self.bounded = first.bounded and second_bounded if union else first.bounded or second_bounded
         spacings = [s.spacing for s in (first, second) if s.spacing is not None]
         self.spacing = min(spacings, default=None)
 
@@ -64,6 +66,23 @@ class Boolean(Implicit):
         """Whether the surface comes nearer to points than a radius, or may do so where values are too small."""
         value, limit = self(points), np.asarray(radius, np.float64)
         return np.asarray(value > -limit if self._union else value < limit)
+
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Where one shape decides alone, and is linear."""
+        value, gradient, holds = super().affine_within(points, radius, tolerance)
+        if self.first.lipschitz is None or self.second.lipschitz is None:
+            return value, gradient, holds
+        lead = (self.first(points) - self._sign * self.second(points)) * (1.0 if self._union else -1.0)
+        margin = (self.first.lipschitz + self.second.lipschitz) * radius
+        for shape, sign, which in (
+            (self.first, 1.0, np.flatnonzero(lead > margin)),
+            (self.second, self._sign, np.flatnonzero(-lead > margin)),
+        ):
+            own, slope, holds[which] = shape.affine_within(points[which], radius, tolerance)
+            value[which], gradient[which] = sign * own, sign * slope
+        return value, gradient, holds
 
     def _join(
         self, first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]

@@ -21,6 +21,7 @@ from .grid import Grid
 from .implicit import FloatArray, Implicit
 from .kernels.bvh import Tree, build_tree
 from .kernels.closest import any_within, closest_points, signed_distances, unsigned_distances
+from .kernels.planes import affine_distances
 from .kernels.raster import WIDEN, fill_slabs, slab_members
 from .kernels.triangle import FACE
 from .kernels.winding import winding_numbers
@@ -126,8 +127,9 @@ class MeshDistance(Implicit):
 
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances ``(N,)`` in mm and unit gradients ``(N, 3)`` at points ``(N, 3)`` in mm."""
-        with parallel.threads(self.threads):
-            value, gradient = signed_distances(self.tree, _as_points(points))
+        x = _as_points(points)
+        with parallel.threads(self.threads, parallel.QUERY * len(x)):
+            value, gradient = signed_distances(self.tree, x)
         return value, gradient
 
     def closest(self, points: ArrayLike) -> Closest:
@@ -141,8 +143,18 @@ class MeshDistance(Implicit):
         """Whether the surface comes nearer to points ``(N, 3)`` than a radius, one for all or ``(N,)``, in mm."""
         x = _as_points(points)
         radii = np.ascontiguousarray(np.broadcast_to(np.asarray(radius, np.float64), len(x)))
-        with parallel.threads(self.threads):
+        with parallel.threads(self.threads, parallel.QUERY * len(x)):
             return np.asarray(any_within(self.tree, x, radii))
+
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Where one plane alone is near: values ``(N,)``, gradients ``(N, 3)`` and whether they hold ``(N,)``."""
+        if self.tree.by_winding:
+            return super().affine_within(points, radius, tolerance)
+        with parallel.threads(self.threads, parallel.QUERY * len(points)):
+            values, gradients, holds = affine_distances(self.tree, _as_points(points), radius, tolerance)
+        return values, gradients, holds
 
     def unsigned(self, points: ArrayLike) -> FloatArray:
         """Distances ``(N,)`` in mm from points ``(N, 3)``, not signed."""
@@ -172,8 +184,9 @@ class Surface:
 
     def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Distances ``(N,)`` in mm and closest points ``(N, 3)`` for points ``(N, 3)``."""
-        with parallel.threads(self._threads):
-            distance, point, *_ = closest_points(self._tree, _as_points(points))
+        x = _as_points(points)
+        with parallel.threads(self._threads, parallel.QUERY * len(x)):
+            distance, point, *_ = closest_points(self._tree, x)
         return distance, point
 
 

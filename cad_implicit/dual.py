@@ -21,11 +21,11 @@ from numpy.typing import ArrayLike, NDArray
 from . import parallel
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
-from .kernels import crossings, hermite, projection, qef
+from .kernels import crossings, flat, hermite, projection, qef
 from .kernels import dual_contour as mesh_kernels
 from .mesh import Mesh
 from .parallel import Progress, no_progress
-from .sparse import Bricks, sample_bricks, worthwhile
+from .sparse import PLANE_TOLERANCE, Bricks, sample_bricks
 from .surface_cells import Cells, find_cells
 from .untangling import Pieces, triangulate
 
@@ -149,7 +149,7 @@ class _Run:
 
     def kernels(self, items: int) -> AbstractContextManager[None]:
         """Threads for a kernel over so many items."""
-        return parallel.threads(worthwhile(self.threads, items))
+        return parallel.threads(self.threads, items)
 
     def hermite(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
         """Points of the surface (E, 3) near the crossed edges, and outward unit normals (E, 3) there."""
@@ -158,8 +158,14 @@ class _Run:
         foot, normal = np.zeros((count, 3)), np.zeros((count, 3))
         values = cells.end_values.copy()
         bracket = np.repeat([[0.0, 1.0]], count, axis=0)
+        with self.kernels(count):
+            cells.flat[:] = flat.plane_feet(
+                code, b.plane, b.planes, b.neighbours, b.blocks, b.origin, b.spacing, 2 * PLANE_TOLERANCE * b.spacing,
+                foot, normal,
+            )  # fmt: skip
+        curved = np.flatnonzero(~cells.flat)
         at = self._first_guess(cells, values)
-        pending = np.arange(count)
+        pending = curved
         for number in range(_ROOT_ROUNDS):
             with self.kernels(len(pending)):
                 points = crossings.edge_points(code[pending], at[pending], b.blocks, b.origin, b.spacing)
@@ -172,11 +178,11 @@ class _Run:
             if len(pending) == 0:
                 break
         if self.polish is not None:
-            f, gradient = self.evaluate(foot, self.polish, "hermite", 0.8)
-            with self.kernels(len(foot)):
-                start = foot.copy()
+            start = foot[curved]
+            f, gradient = self.evaluate(start, self.polish, "hermite", 0.8)
+            with self.kernels(len(curved)):
                 reach = _REACH * b.spacing
-                projection.step_smooth(np.arange(count), start, f, gradient, start, reach, reach, foot, normal)
+                projection.step_smooth(curved, start, f, gradient, foot.copy(), reach, reach, foot, normal)
         self.progress("hermite", 1.0)
         return foot, normal
 
@@ -211,9 +217,14 @@ class _Run:
         rank = np.concatenate([rank, np.ones(len(extra), np.int8)])
         planes = np.concatenate([planes, np.zeros((len(extra), 3), np.int32)])
         directions = np.zeros_like(position)
+        with self.kernels(len(cells.cells)):
+            is_flat = flat.flat_vertices(
+                cells.cells, *cells.tables, *cells.edge_lookup, b.neighbours, cells.flat, foot, normal,
+                2 * PLANE_TOLERANCE * b.spacing, directions,
+            )  # fmt: skip
         if project:
             self._project_sharp(position, mass, rank, planes, foot, normal)
-            self._project_smooth(position, mass, rank, directions)
+            self._project_smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
         return _Vertices(position, rank, directions, quads, between)
 
@@ -273,12 +284,17 @@ class _Run:
             pending = pending[outcome == 1]
 
     def _project_smooth(
-        self, position: FloatArray, mass: FloatArray, rank: NDArray[np.int8], directions: FloatArray
+        self,
+        position: FloatArray,
+        mass: FloatArray,
+        rank: NDArray[np.int8],
+        is_flat: NDArray[np.bool_],
+        directions: FloatArray,
     ) -> None:
         """Newton steps onto the surface; ``directions`` gets the normals of the smooth vertices."""
         h = self.bricks.spacing
         start = position.copy()
-        pending = np.flatnonzero(rank == 1)
+        pending = np.flatnonzero((rank == 1) & ~is_flat)
         for number in range(_SMOOTH_ROUNDS):
             if len(pending) == 0:
                 break

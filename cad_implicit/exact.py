@@ -47,6 +47,15 @@ _FIT_SPACING = 0.02
 _CHANGED = 1e-7
 
 
+#: The plane that a pushed ball touches is the one it was pushed against if both agree within so many tolerances, …
+_SAME_PLANE = 3.0
+
+#: … and this cosine.
+_SAME_DIRECTION = 0.999
+
+Affine = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
+
+
 class Shifted(Implicit):
     """A shape grown by ``amount`` mm: the right surface, and exact distances on its far side only."""
 
@@ -55,7 +64,8 @@ class Shifted(Implicit):
         self.amount = amount
         self.lipschitz = parent.lipschitz
         self.spacing, self.rough = parent.spacing, parent.rough
-        growth = max(amount, 0.0)
+        self.bounded = parent.bounded
+        growth = max(amount if parent.bounded else -amount, 0.0)
         self.bounds = parent.bounds + [[-growth], [growth]]
 
     def __call__(self, points: ArrayLike) -> FloatArray:
@@ -71,6 +81,11 @@ class Shifted(Implicit):
         value, gradient = polished(self.parent, points)
         return value + self.amount, gradient
 
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
+        """Where the parent is linear."""
+        value, gradient, holds = self.parent.affine_within(points, radius, tolerance)
+        return value + self.amount, gradient, holds
+
 
 class Complement(Implicit):
     """Everything outside a shape; :func:`complement` makes it."""
@@ -80,7 +95,7 @@ class Complement(Implicit):
         self.lipschitz = parent.lipschitz
         self.exact_inside, self.exact_outside = parent.exact_outside, parent.exact_inside
         self.spacing, self.rough = parent.spacing, parent.rough
-        self.bounds = parent.bounds
+        self.bounds, self.bounded = parent.bounds, not parent.bounded
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return -self.parent(points)
@@ -94,6 +109,11 @@ class Complement(Implicit):
         """Values and gradients, as exact as the parent knows them."""
         value, gradient = polished(self.parent, points)
         return -value, -gradient
+
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
+        """Where the parent is linear."""
+        value, gradient, holds = self.parent.affine_within(points, radius, tolerance)
+        return -value, -gradient, holds
 
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
         """Whether the surface comes nearer to points than a radius."""
@@ -138,11 +158,11 @@ class Closing(Implicit):
         self.parent = parent
         self.radius = radius
         self.spacing = spacing
-        self.bounds = parent.bounds
+        self.bounds, self.bounded = parent.bounds, parent.bounded
         self._threads = threads
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
-        offset = Shifted(parent.parent, -radius) if isinstance(parent, Complement) else Shifted(parent, radius)
+        offset = Shifted(parent, radius) if parent.bounded else Shifted(complement(parent), -radius)
         centres = dual_contour(offset, spacing, threads=threads, progress=progress)
         self._centres = Surface(centres, threads=threads)
 
@@ -161,6 +181,17 @@ class Closing(Implicit):
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients from polished ball centres: for points of the result."""
         return blended(self.parent, self._centres, self.radius, self.spacing, points, threads=self._threads)
+
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
+        """Where the parent is linear, and around the pushed ball's centre too, so that the ball fits."""
+        value, gradient, holds = self.parent.affine_within(points, radius, tolerance)
+        which = np.flatnonzero(holds & (value + radius > -self.radius))
+        pushed = self._pushed(points, value, gradient, which)
+        there, direction, fits = self.parent.affine_within(pushed, radius, tolerance)
+        fits &= np.abs(there + self.radius) <= _SAME_PLANE * tolerance
+        fits &= (direction * gradient[which]).sum(axis=1) > _SAME_DIRECTION
+        holds[which] = fits
+        return value, gradient, holds
 
     def _pushed(self, x: FloatArray, value: FloatArray, gradient: FloatArray, which: NDArray[np.intp]) -> FloatArray:
         """Centres of the balls pushed against the part's points nearest to some of the points."""
@@ -199,7 +230,7 @@ class Dilation(Implicit):
     def __init__(self, parent: Implicit, amount: float, spacing: float, *, threads: int | None = None) -> None:
         self.surface = Shifted(parent, amount)
         self.spacing = spacing
-        self.bounds = self.surface.bounds
+        self.bounds, self.bounded = self.surface.bounds, parent.bounded
         self._threads = threads
 
     @cached_property
@@ -218,6 +249,10 @@ class Dilation(Implicit):
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients, as exact as the closing knows them."""
         return self._distance.polished(points)
+
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
+        """Where the closing is linear."""
+        return self._distance.affine_within(points, radius, tolerance)
 
 
 def complement(shape: Implicit) -> Implicit:

@@ -31,6 +31,8 @@ class Implicit(ABC):
         skips what cannot hold surface by it.
     exact_inside, exact_outside : bool
         Whether values are exact signed distances everywhere on that side, not only near the surface.
+    bounded : bool
+        Whether the inside is finite; False for the complement of a part.
     spacing : float or None
         Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
     rough : bool
@@ -41,6 +43,7 @@ class Implicit(ABC):
     lipschitz: float | None = None
     exact_inside: bool = False
     exact_outside: bool = False
+    bounded: bool = True
     spacing: float | None = None
     rough: bool = False
 
@@ -84,6 +87,29 @@ class Implicit(ABC):
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
         """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm, or may do so; for distances."""
         return np.asarray(np.abs(self(points)) < radius)
+
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Where the function is linear, for certain: contouring need not look there again.
+
+        Parameters
+        ----------
+        points : (N, 3) float64
+        radius : float
+            In mm.
+        tolerance : float
+            Largest error in mm.
+
+        Returns
+        -------
+        values : (N,) float64
+        gradients : (N, 3) float64
+        holds : (N,) bool
+            Whether the function is ``value + gradient * (x - point)`` for all x up to ``radius`` from the point. Values
+            and gradients count only where it is.
+        """
+        return np.zeros(len(points)), np.zeros_like(points), np.zeros(len(points), np.bool_)
 
     @property
     def exact(self) -> bool:

@@ -32,18 +32,12 @@ _NODE_SHIFT = (0.3819, 0.4471, 0.4142)
 #: Bricks along an axis that a Morton key can number.
 _MAX_BRICKS = 2**21
 
+#: A function counts as linear where it is so within this share of the spacing: single precision moves the corners of
+#: planes by 1e-5 spacings at 200 cells across.
+PLANE_TOLERANCE = 2e-5
+
 #: Relative slack of the pruning, against rounding of values and centres.
 _PRUNE_SLACK = 1 + 1e-6
-
-
-#: Fewer items than this are not worth a second thread: starting one on a busy machine takes 2 ms on average (8 ms at
-#: the 95th percentile), the work on them under 1 ms.
-_SERIAL_ITEMS = 20_000
-
-
-def worthwhile(threads: int | None, items: int) -> int | None:
-    """Threads for a kernel over so many items: one if they are few."""
-    return 1 if items < _SERIAL_ITEMS and (threads is None or threads > 1) else threads
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +54,10 @@ class Bricks:
         Integer position of each brick; its first node lies at ``origin + 8 * spacing * blocks``.
     values : (B, 512) float32
         Value at node ``64 i + 8 j + k``; infinite where only the sign is known.
+    plane : (B, 512) int32
+        Number of the linear function that the Implicit is around that node, or -1.
+    planes : (P, 4) float64
+        The linear functions: gradient, and value at the origin of coordinates.
     neighbours : (B, 27) int32
         Number of the brick at the offset ``13 + 9 dx + 3 dy + dz``, or -1.
     box : (2, 3) float64
@@ -72,30 +70,85 @@ class Bricks:
     spacing: float
     blocks: NDArray[np.int32]
     values: NDArray[np.float32]
+    plane: NDArray[np.int32]
+    planes: FloatArray
     neighbours: NDArray[np.int32]
     box: FloatArray
     cropped: bool
+
+
+@dataclass(eq=False)
+class _Samples:
+    """Values and planes of bricks, as they are filled in (see :class:`Bricks`)."""
+
+    values: NDArray[np.float32]
+    plane: NDArray[np.int32]
+    planes: list[FloatArray]
+
+    @classmethod
+    def empty(cls, count: int) -> _Samples:
+        """Nothing known yet of so many bricks."""
+        return cls(np.zeros((count, kernels.NODES), np.float32), np.full((count, kernels.NODES), -1, np.int32), [])
 
 
 class _Sampler:
     """Values of an Implicit intersected with a box, at points of a grid."""
 
     def __init__(
-        self, implicit: Implicit, box: FloatArray, origin: FloatArray, spacing: float, threads: int | None
+        self,
+        implicit: Implicit,
+        box: FloatArray,
+        origin: FloatArray,
+        spacing: float,
+        whole: bool,
+        threads: int | None,
     ) -> None:
         self.implicit = implicit
         self.box = box
         self.origin = origin
         self.spacing = spacing
+        self.whole = whole
         self.threads = threads
         self.slope = implicit.lipschitz or 1.0
         self.cropped = False
+        self.planes_found = 0
+
+    def centres(self, bricks: NDArray[np.int32], ids: NDArray[np.int64], size: int) -> FloatArray:
+        """Centres (N, 3) of the sub-blocks ``ids`` of ``size`` nodes a side."""
+        with parallel.threads(self.threads, len(ids)):
+            return np.asarray(kernels.block_centres(bricks, ids, size, self.origin, self.spacing))
 
     def at_blocks(self, bricks: NDArray[np.int32], ids: NDArray[np.int64], size: int) -> FloatArray:
         """Values (N,) at the centres of the sub-blocks ``ids`` of ``size`` nodes a side."""
-        with parallel.threads(worthwhile(self.threads, len(ids))):
-            points = kernels.block_centres(bricks, ids, size, self.origin, self.spacing)
-        return self(points)
+        return self(self.centres(bricks, ids, size))
+
+    def fill(self, bricks: NDArray[np.int32], samples: _Samples, lipschitz: float) -> None:
+        """Sample bricks from whole ones down to nodes, leaving out what is far from the surface or linear."""
+        ids = np.arange(len(bricks))
+        half_step = self.spacing * math.sqrt(3) / 2 * _PRUNE_SLACK
+        for size in (8, 4, 2):
+            if size < 8:
+                values = self.at_blocks(bricks, ids, size)
+                ids = kernels.prune(values, ids, size, lipschitz * half_step * (size - 1), samples.values)
+            if self.whole:
+                ids = self._fill_linear(bricks, ids, size, half_step * (size - 1), samples)
+            ids = kernels.children(ids)
+        kernels.store_nodes(self.at_blocks(bricks, ids, 1), ids, samples.values)
+
+    def _fill_linear(
+        self, bricks: NDArray[np.int32], ids: NDArray[np.int64], size: int, radius: float, samples: _Samples
+    ) -> NDArray[np.int64]:
+        """Fill in the sub-blocks in which the Implicit is linear; returns the others."""
+        points = self.centres(bricks, ids, size)
+        value, gradient, holds = self.implicit.affine_within(points, radius, PLANE_TOLERANCE * self.spacing)
+        value, gradient, points = value[holds], gradient[holds], points[holds]
+        planes = np.concatenate([gradient, (value - (gradient * points).sum(axis=1))[:, None]], axis=1)
+        place = (bricks, self.origin, self.spacing)
+        with parallel.threads(self.threads, size**3 * len(planes)):
+            kernels.fill_planes(ids[holds], size, planes, self.planes_found, *place, samples.values, samples.plane)
+        self.planes_found += len(planes)
+        samples.planes.append(planes)
+        return ids[~holds]
 
     def __call__(self, points: FloatArray) -> FloatArray:
         values = np.array(self.implicit(points), np.float64)
@@ -140,14 +193,17 @@ def sample_bricks(
     if counts.max() > _MAX_BRICKS:
         need = float((box[1] - box[0]).max()) / (8 * _MAX_BRICKS)
         raise SpacingError(f"spacing {spacing:g} mm is too small for the bounds; use at least {need:.3g} mm")
-    sampler = _Sampler(implicit, box, origin, float(spacing), threads)
+    sampler = _Sampler(implicit, box, origin, float(spacing), bounds is None and implicit.bounded, threads)
     if implicit.lipschitz:
-        blocks, values = _by_octree(sampler, counts, implicit.lipschitz, progress)
+        blocks, samples = _by_octree(sampler, counts, implicit.lipschitz, progress)
     else:
-        blocks, values = _everywhere(sampler, counts, progress)
-    blocks, values, neighbours = _closed(sampler, counts, blocks, values, progress)
+        blocks, samples = _everywhere(sampler, counts, progress)
+    blocks, samples, neighbours = _closed(sampler, counts, blocks, samples, progress)
     progress("sample", 1.0)
-    return Bricks(origin, float(spacing), blocks, values, neighbours, box, sampler.cropped)
+    planes = np.concatenate([np.zeros((0, 4)), *samples.planes])
+    return Bricks(
+        origin, float(spacing), blocks, samples.values, samples.plane, planes, neighbours, box, sampler.cropped
+    )
 
 
 def _box(implicit: Implicit, spacing: float, bounds: ArrayLike | None) -> FloatArray:
@@ -178,7 +234,7 @@ def _descend(
 
 def _by_octree(
     sampler: _Sampler, counts: NDArray[np.int64], lipschitz: float, progress: Progress
-) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.int32], _Samples]:
     limit = lipschitz * sampler.spacing * math.sqrt(3) * _PRUNE_SLACK
 
     def keep(blocks: NDArray[np.int32], size: int) -> NDArray[np.int32]:
@@ -193,25 +249,21 @@ def _by_octree(
         return blocks[chosen]
 
     blocks = _descend(counts, keep)
-    values = np.zeros((len(blocks), kernels.NODES), np.float32)
+    samples = _Samples.empty(len(blocks))
     for start in range(0, len(blocks), _CHUNK_BRICKS):
         progress("sample", start / len(blocks))
-        part, out = blocks[start : start + _CHUNK_BRICKS], values[start : start + _CHUNK_BRICKS]
-        ids = np.arange(8 * len(part))
-        for size in (4, 2):
-            centre_values = sampler.at_blocks(part, ids, size)
-            ids = kernels.prune(centre_values, ids, size, limit * (size - 1) / 2, out)
-        kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
-    return blocks, values
+        part = slice(start, start + _CHUNK_BRICKS)
+        sampler.fill(blocks[part], _Samples(samples.values[part], samples.plane[part], samples.planes), lipschitz)
+    return blocks, samples
 
 
 def _closed(
     sampler: _Sampler,
     counts: NDArray[np.int64],
     blocks: NDArray[np.int32],
-    values: NDArray[np.float32],
+    samples: _Samples,
     progress: Progress,
-) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.int32]]:
+) -> tuple[NDArray[np.int32], _Samples, NDArray[np.int32]]:
     """Add the missing bricks that nodes of both signs touch, and return the table of neighbours too.
 
     There are none if the Lipschitz constant holds. A function that breaks it (a distance with jumps) would otherwise
@@ -219,28 +271,28 @@ def _closed(
     """
     offsets = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(27, 3)
     while True:
-        with parallel.threads(worthwhile(sampler.threads, 27 * len(blocks))):
+        with parallel.threads(sampler.threads, 27 * len(blocks)):
             neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
-            seen = kernels.signs_around_missing(values, neighbours)
+            seen = kernels.signs_around_missing(samples.values, neighbours)
         brick, place = np.nonzero(seen)
         missing, which = np.unique(blocks[brick] + offsets[place], axis=0, return_inverse=True)
         signs = np.zeros(len(missing), np.uint8)
         np.bitwise_or.at(signs, which.ravel(), seen[brick, place])
         extra = missing[(signs == 3) & (missing >= 0).all(axis=1) & (missing < counts).all(axis=1)].astype(np.int32)
         if len(extra) == 0:
-            return blocks, values, neighbours
+            return blocks, samples, neighbours
         progress("sample", 1.0)
-        more = np.zeros((len(extra), kernels.NODES), np.float32)
+        more = _Samples.empty(len(extra))
         ids = np.arange(kernels.NODES * len(extra))
-        kernels.store_nodes(sampler.at_blocks(extra, ids, 1), ids, more)
-        blocks, values = np.concatenate([blocks, extra]), np.concatenate([values, more])
+        kernels.store_nodes(sampler.at_blocks(extra, ids, 1), ids, more.values)
+        blocks = np.concatenate([blocks, extra])
         order = np.argsort(kernels.morton_keys(blocks))
-        blocks, values = blocks[order], values[order]
+        blocks = blocks[order]
+        values = np.concatenate([samples.values, more.values])[order]
+        samples = _Samples(values, np.concatenate([samples.plane, more.plane])[order], samples.planes)
 
 
-def _everywhere(
-    sampler: _Sampler, counts: NDArray[np.int64], progress: Progress
-) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+def _everywhere(sampler: _Sampler, counts: NDArray[np.int64], progress: Progress) -> tuple[NDArray[np.int32], _Samples]:
     blocks = _descend(counts, lambda blocks, size: blocks)
     state = np.zeros(len(blocks), np.int8)
     mixed: list[NDArray[np.float32]] = []
@@ -252,9 +304,10 @@ def _everywhere(
         kernels.store_nodes(sampler.at_blocks(part, ids, 1), ids, out)
         state[start : start + _CHUNK_BRICKS] = kernels.sign_states(out)
         mixed.append(out[state[start : start + _CHUNK_BRICKS] == 0])
-    with parallel.threads(worthwhile(sampler.threads, 27 * len(blocks))):
+    with parallel.threads(sampler.threads, 27 * len(blocks)):
         needed = kernels.blocks_beside_others(blocks, kernels.morton_keys(blocks), state)
     signs = np.where(state[needed] > 0, kernels.SIGN_ONLY, -kernels.SIGN_ONLY)
-    values = np.repeat(signs[:, None], kernels.NODES, axis=1)
-    values[state[needed] == 0] = np.concatenate(mixed)
-    return blocks[needed], values
+    samples = _Samples.empty(int(needed.sum()))
+    samples.values[:] = signs[:, None]
+    samples.values[state[needed] == 0] = np.concatenate(mixed)
+    return blocks[needed], samples

@@ -13,7 +13,7 @@ from .errors import EmptyResultError
 from .implicit import FloatArray
 from .kernels import crossings
 from .kernels.cell_tables import LOOPS
-from .sparse import Bricks, worthwhile
+from .sparse import Bricks
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,8 @@ class Cells:
         Number of vertices of all cells.
     end_values : (E, 2) float64
         Values at the lower and upper end of each edge, infinite where only the sign is known.
+    flat : (E,) bool
+        Edges that cross a plane for certain; filled in by whoever looks at the edges.
     """
 
     edges: NDArray[np.int64]
@@ -45,6 +47,7 @@ class Cells:
     joined: NDArray[np.bool_]
     vertices: int
     end_values: FloatArray
+    flat: NDArray[np.bool_]
 
     @property
     def inside_first(self) -> NDArray[np.bool_]:
@@ -70,7 +73,7 @@ def find_cells(bricks: Bricks, values: Callable[[FloatArray], FloatArray], threa
         If no edge changes its sign.
     """
     b = bricks
-    with parallel.threads(worthwhile(threads, b.values.size)):
+    with parallel.threads(threads, b.values.size):
         signs = crossings.sign_words(b.values)
         edge_words, cell_words, face_words = crossings.crossing_words(signs, b.neighbours)
         edge_start, cell_start, face_start = (crossings.starts(w) for w in (edge_words, cell_words, face_words))
@@ -85,7 +88,7 @@ def find_cells(bricks: Bricks, values: Callable[[FloatArray], FloatArray], threa
             "check the bounds, or use a smaller spacing if the part is thinner than that"
         )
     centre_values = values(centres)
-    with parallel.threads(worthwhile(threads, len(cells))):
+    with parallel.threads(threads, len(cells)):
         joined = crossings.joined_words(faces, centre_values, face_words)
         rows = crossings.cell_rows(cells, signs, joined, b.neighbours)
         end_values = crossings.edge_values(edges, b.values, b.neighbours)
@@ -100,4 +103,5 @@ def find_cells(bricks: Bricks, values: Callable[[FloatArray], FloatArray], threa
         joined=centre_values > 0,
         vertices=int(ends[-1]),
         end_values=end_values,
+        flat=np.zeros(len(edges), np.bool_),
     )

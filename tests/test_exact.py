@@ -94,3 +94,14 @@ def test_a_hole_wider_than_the_ball_stays_on_its_facets() -> None:
     part = shapes.drilled(1.5 * R, 4 * R, 3 * R, segments=180)
     mesh = ci.contour(ci.fillet(part, R, spacing=R / 5))
     assert np.abs(ci.MeshDistance(part)(mesh.vertices)).max() < 0.005 * R / 5
+
+
+def test_balls_of_a_second_operation_may_lie_outside_of_the_box() -> None:
+    """A step lower than the radius: its edge is rounded, and the ball in its corner sticks out at the top."""
+    step = shapes.box([0, 0, 0], [30, 30, 8]) + shapes.box([0, 0, 7], [12, 30, 10])
+    faces = step.to_mesh()  # along the axes, for a tight box
+    smoothed = ci.smooth(ci.Mesh(faces.vert_properties[:, :3], faces.tri_verts), 3.0, spacing=0.7)
+    centre = np.array([12 - np.sqrt(8) + np.sqrt(20), 15, 11])
+    points = np.array([[12.0, 15, 8.05], [11.95, 15, 8.3]])
+    expected = np.linalg.norm(points - centre, axis=1) - 3
+    assert smoothed(points) == pytest.approx(expected, abs=0.01)

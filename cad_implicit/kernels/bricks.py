@@ -156,10 +156,10 @@ def block_centres(blocks, ids, size, origin, spacing):
 
 @jit
 def prune(centre_values, ids, size, limit, values):
-    """Write the sign of sub-blocks beyond ``limit`` to ``values`` (B, 512); return the children of the others."""
+    """Write the sign of sub-blocks beyond ``limit`` to ``values`` (B, 512); return the others."""
     per_brick = NODES // size**3
     volume = size**3
-    children = np.empty(8 * len(ids), np.int64)
+    rest = np.empty(len(ids), np.int64)
     n = 0
     for q in range(len(ids)):
         value = centre_values[q]
@@ -169,10 +169,40 @@ def prune(centre_values, ids, size, limit, values):
             for m in range(first, first + volume):
                 values[brick, MORTON_NODE[m]] = SIGN_ONLY if value > 0 else -SIGN_ONLY
         else:
-            for octant in range(8):
-                children[n] = 8 * ids[q] + octant
-                n += 1
-    return children[:n]
+            rest[n] = ids[q]
+            n += 1
+    return rest[:n]
+
+
+@jit
+def children(ids):
+    """Numbers of the eight sub-blocks of each sub-block."""
+    out = np.empty(8 * len(ids), np.int64)
+    for q in range(len(ids)):
+        for octant in range(8):
+            out[8 * q + octant] = 8 * ids[q] + octant
+    return out
+
+
+@parallel_jit
+def fill_planes(ids, size, planes, first, blocks, origin, spacing, values, plane):
+    """Write the values of linear functions to the nodes of sub-blocks, and the numbers of their planes to ``plane``.
+
+    Row q of ``planes`` (N, 4), the gradient and the value at the origin of coordinates, belongs to sub-block
+    ``ids[q]`` and has the number ``first + q``.
+    """
+    per_brick = NODES // size**3
+    volume = size**3
+    for q in numba.prange(len(ids)):
+        brick = ids[q] // per_brick
+        start = ids[q] % per_brick * volume
+        for m in range(start, start + volume):
+            node = MORTON_NODE[m]
+            x = origin[0] + spacing * (8 * blocks[brick, 0] + (node >> 6))
+            y = origin[1] + spacing * (8 * blocks[brick, 1] + ((node >> 3) & 7))
+            z = origin[2] + spacing * (8 * blocks[brick, 2] + (node & 7))
+            values[brick, node] = planes[q, 0] * x + planes[q, 1] * y + planes[q, 2] * z + planes[q, 3]
+            plane[brick, node] = first + q
 
 
 @jit

@@ -13,38 +13,17 @@ from numba import prange
 
 from .bvh import TRUST
 from .jit import jit, parallel_jit
-from .partition import WIDTH
+from .lanes import bits_below, lowest_bit
 from .stack import CHUNK, new_stack
 from .triangle import FACE, closest_on_triangle, leaf_distances
+from .visit import child_bounds, single
 from .winding import winding_scaled
 
 _ZERO = np.float32(0)
-_REACH = 1e18
 #: Scaled meshes end at 0.51; from afar rounding hides which feature is closest, and with it the sign.
 _OUTSIDE = 2.0
 #: Nearer than this to the surface (scaled), the pseudonormal is a better gradient than the difference of points.
 TOUCH = 1e-10
-
-
-@jit
-def _child_bounds(bounds, x, y, z, out):
-    """Lower bounds of the squared distance to the eight children: the better of box and disc."""
-    for c in range(WIDTH):
-        dx = max(max(bounds[0, c] - x, x - bounds[3, c]), _ZERO)
-        dy = max(max(bounds[1, c] - y, y - bounds[4, c]), _ZERO)
-        dz = max(max(bounds[2, c] - z, z - bounds[5, c]), _ZERO)
-        vx, vy, vz = x - bounds[6, c], y - bounds[7, c], z - bounds[8, c]
-        along = vx * bounds[9, c] + vy * bounds[10, c] + vz * bounds[11, c]
-        across = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, _ZERO))
-        above = max(abs(along) - bounds[12, c], _ZERO)
-        beside = max(across - bounds[13, c], _ZERO)
-        out[c] = max(dx * dx + dy * dy + dz * dz, above * above + beside * beside)
-
-
-@jit
-def _single(x):
-    """Round a scaled coordinate to float32, so that squares stay finite: moved to the mesh, bounds stay below."""
-    return np.float32(min(max(x, -_REACH), _REACH))
 
 
 @jit
@@ -59,7 +38,7 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
     limit = np.float32(min(limit2, 1e37)) * TRUST
     if seed >= 0:
         limit = min(limit, np.float32(closest_on_triangle(tree.corners, seed, x, y, z)[0]) * TRUST)
-    fx, fy, fz = _single(x), _single(y), _single(z)
+    fx, fy, fz = single(x), single(y), single(z)
     waiting = 1
     codes[0], keys[0] = 0, _ZERO
     while waiting > 0:
@@ -70,23 +49,26 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
         if code < 0:
             leaf = -code - 1
             leaf_distances(tree.blocks[leaf], x, y, z, far)
+            if min(min(far[0], far[1]), min(far[2], far[3])) > best:
+                continue
             start = tree.first[leaf]
             for c in range(tree.first[leaf + 1] - start):
                 if far[c] < best or (far[c] == best and found >= 0 and order[start + c] < order[found]):
                     best, found = far[c], start + c
                     limit = min(limit, np.float32(best) * TRUST)
             continue
-        _child_bounds(tree.bounds[code], fx, fy, fz, near)
+        child_bounds(tree.bounds[code], fx, fy, fz, near)
         floor = waiting
-        for c in range(WIDTH):
-            key = near[c]
-            if key <= limit:
-                at = waiting
-                while at > floor and keys[at - 1] < key:
-                    keys[at], codes[at] = keys[at - 1], codes[at - 1]
-                    at -= 1
-                keys[at], codes[at] = key, tree.children[code, c]
-                waiting += 1
+        bits = bits_below(near, limit)
+        while bits != 0:
+            c = lowest_bit(bits)
+            bits &= bits - 1
+            key, at = near[c], waiting
+            while at > floor and keys[at - 1] < key:
+                keys[at], codes[at] = keys[at - 1], codes[at - 1]
+                at -= 1
+            keys[at], codes[at] = key, tree.children[code, c]
+            waiting += 1
     if found < 0:
         return best, x, y, z, found, 0
     d2, cx, cy, cz, feature = closest_on_triangle(tree.corners, found, x, y, z)
@@ -98,7 +80,7 @@ def within_scaled(tree, x, y, z, radius2, stack):
     """Whether a triangle is nearer than the root of ``radius2``, scaled."""
     codes, _, near, far = stack
     limit = np.float32(min(radius2, 1e37)) * TRUST
-    fx, fy, fz = _single(x), _single(y), _single(z)
+    fx, fy, fz = single(x), single(y), single(z)
     waiting = 1
     codes[0] = 0
     while waiting > 0:
@@ -110,11 +92,12 @@ def within_scaled(tree, x, y, z, radius2, stack):
             if min(min(far[0], far[1]), min(far[2], far[3])) < radius2:
                 return True
             continue
-        _child_bounds(tree.bounds[code], fx, fy, fz, near)
-        for c in range(WIDTH):
-            if near[c] <= limit:
-                codes[waiting] = tree.children[code, c]
-                waiting += 1
+        child_bounds(tree.bounds[code], fx, fy, fz, near)
+        bits = bits_below(near, limit)
+        while bits != 0:
+            codes[waiting] = tree.children[code, lowest_bit(bits)]
+            bits &= bits - 1
+            waiting += 1
     return False
 
 

@@ -107,7 +107,7 @@ def _representatives(normal, edges, loops, loop, count, out):
 
 
 @jit
-def _crossed_edges(code, row, edge_words, edge_start, neighbours, edges, loops):
+def crossed_edges(code, row, edge_words, edge_start, neighbours, edges, loops):
     """Find the crossed edges of a cell with their loops; returns how many."""
     brick, i, j, k = code >> 9, (code >> 6) & 7, (code >> 3) & 7, code & 7
     count = 0
@@ -170,7 +170,7 @@ def cell_vertices(
             code = cell_code[cell]
             for d in range(3):
                 corner[d] = origin[d] + spacing * (8 * blocks[code >> 9, d] + ((code >> (6 - 3 * d)) & 7))
-            found = _crossed_edges(code, rows[cell], edge_words, edge_start, neighbours, edges, loops)
+            found = crossed_edges(code, rows[cell], edge_words, edge_start, neighbours, edges, loops)
             for loop in range(LOOPS[rows[cell]]):
                 _quadric(edges, loops, loop, found, foot, normal, corner, spacing, a, right, mass)
                 vertex = first[cell] + loop

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from .jit import jit
+from .lanes import choose, lanes, larger, smaller
 from .partition import LEAF
 
 #: What part of a triangle is closest to a point: the face, the edge that starts at corner 0, 1 or 2, or a corner.
@@ -147,31 +148,27 @@ def leaf_blocks(corners, first):
     return blocks
 
 
-@jit
-def leaf_distances(block, px, py, pz, out):
-    """Squared distances to the four triangles of a leaf: without branches, so that the compiler does them at once.
+@lanes(LEAF)
+def leaf_distances(rows, px, py, pz):
+    """Squared distances to the four triangles of a leaf, by a row of :func:`leaf_blocks`."""
+    wx, wy, wz = px - rows[0], py - rows[1], pz - rows[2]
+    ux, uy, uz = rows[3], rows[4], rows[5]
+    vx, vy, vz = rows[6], rows[7], rows[8]
+    s = wx * rows[9] + wy * rows[10] + wz * rows[11]
+    r = wx * rows[12] + wy * rows[13] + wz * rows[14]
+    height = wx * rows[15] + wy * rows[16] + wz * rows[17]
+    along_u = _along(wx, wy, wz, ux, uy, uz, rows[18])
+    along_v = _along(wx, wy, wz, vx, vy, vz, rows[19])
+    wx, wy, wz, vx, vy, vz = wx - ux, wy - uy, wz - uz, vx - ux, vy - uy, vz - uz
+    edges = smaller(smaller(along_u, along_v), _along(wx, wy, wz, vx, vy, vz, rows[20]))
+    return choose(smaller(smaller(s, r), 1 - s - r) > 0, height * height, edges)
 
-    On random points 26 ns for four, against 92 ns by :func:`closest_on_triangle`.
-    """
-    for c in range(LEAF):
-        wx, wy, wz = px - block[0, c], py - block[1, c], pz - block[2, c]
-        ux, uy, uz = block[3, c], block[4, c], block[5, c]
-        vx, vy, vz = block[6, c], block[7, c], block[8, c]
-        s = wx * block[9, c] + wy * block[10, c] + wz * block[11, c]
-        r = wx * block[12, c] + wy * block[13, c] + wz * block[14, c]
-        height = wx * block[15, c] + wy * block[16, c] + wz * block[17, c]
-        t = min(max((wx * ux + wy * uy + wz * uz) * block[18, c], 0.0), 1.0)
-        x, y, z = wx - t * ux, wy - t * uy, wz - t * uz
-        edges = x * x + y * y + z * z
-        t = min(max((wx * vx + wy * vy + wz * vz) * block[19, c], 0.0), 1.0)
-        x, y, z = wx - t * vx, wy - t * vy, wz - t * vz
-        edges = min(edges, x * x + y * y + z * z)
-        wx, wy, wz = wx - ux, wy - uy, wz - uz
-        vx, vy, vz = vx - ux, vy - uy, vz - uz
-        t = min(max((wx * vx + wy * vy + wz * vz) * block[20, c], 0.0), 1.0)
-        x, y, z = wx - t * vx, wy - t * vy, wz - t * vz
-        edges = min(edges, x * x + y * y + z * z)
-        out[c] = height * height if min(min(s, r), 1.0 - s - r) > 0.0 else edges
+
+def _along(wx, wy, wz, ux, uy, uz, inverse):
+    """Squared distances from the points w to the segments from the origin to u."""
+    t = smaller(larger((wx * ux + wy * uy + wz * uz) * inverse, 0), 1)
+    x, y, z = wx - t * ux, wy - t * uy, wz - t * uz
+    return x * x + y * y + z * z
 
 
 @jit

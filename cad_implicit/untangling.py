@@ -4,8 +4,8 @@ A vertex on a crease may lie outside its cell, the diagonal of a quad may leave 
 sliver moves an edge: now and then triangles run through each other. Those are found, and each of their vertices takes
 the next of these steps, until none are left:
 
-1. it moves towards the middle of its piece of surface until it is in its cell;
-2. slivers around it stay;
+1. it moves towards the middle of its piece of surface until it is near its cell;
+2. until it is in it, and slivers around it stay;
 3. its quads are cut where they pass from cell to cell, at the points where the grid's edges cross the surface;
 4. it moves to the middle of its piece of surface.
 
@@ -33,12 +33,22 @@ from .surface_cells import Cells
 Faces = NDArray[np.int32]
 
 #: The steps of a vertex.
-_IN_CELL, _NO_SLIVERS, _CUT, _MIDDLE = 1, 2, 3, 4
+_NEAR_CELL, _IN_CELL, _CUT, _MIDDLE = 1, 2, 3, 4
+
+#: Distance in spacings from its cell that a vertex keeps after the first step. With 0 for this, 80 sharp vertices of 16
+#: runs move by more than 0.02 spacings, with 0.25 or 0.5 it is 66 and 67.
+_NEAR = 0.25
 
 #: Most rounds, and the one from which on the neighbours are cut too. Of the runs of ``validation.runs``, 16 need any,
-#: at most five; 360 fields of noise need at most eight.
-_ROUNDS = 16
-_GROWING = 8
+#: at most six; 360 fields of noise need at most eight.
+_ROUNDS = 24
+_GROWING = 12
+
+#: After the first round only the quads within so many rings of vertices that took a step are looked at, and tangles
+#: within so many rings, until there are none; then all are looked at again. That takes 1.5 s
+#: for 16 meshes, instead of 1.9 s.
+_RINGS = 6
+_TRUSTED_RINGS = 2
 
 #: Vertices in their cells keep this distance in spacings from its faces, and points on its edges from its corners, so
 #: that no triangle is without area.
@@ -95,43 +105,81 @@ def triangulate(
     """
     p = pieces
     step = np.zeros(len(p.position), np.int8)
-    for number in range(_ROUNDS if untangle else 1):
-        position, faces, centres = _tidy_triangles(p, step, threads)
-        if not untangle:
+    everywhere = _Zone(np.arange(len(p.quads)), np.zeros(len(step), np.bool_), np.ones(len(step), np.bool_))
+    zone = everywhere
+    for number in range(_ROUNDS):
+        position, faces, centres = _tidy_triangles(p, step, zone, threads)
+        used = _tangled(p, position, faces, centres, threads) if untangle else np.zeros(0, np.int64)
+        used = used[zone.trusted[used]]
+        if len(used):
+            step[used] = np.minimum(step[used] + 1, _MIDDLE)
+            if number >= _GROWING:
+                around = np.unique(p.quads[np.isin(p.quads, used).any(axis=1)])
+                step[around] = np.maximum(step[around], _CUT)
+            zone = everywhere if number == _ROUNDS - 2 else _zone_around(p, step > 0)
+        elif zone is everywhere:
             break
-        with threads(len(faces)):
-            tangled = intersecting(position, faces, p.bricks.spacing)
-        if not tangled.any():
-            break
-        used = np.unique(faces[tangled])
-        own = len(p.position)
-        used = np.unique(np.concatenate([used[used < own], p.quads[centres[used[used >= own] - own]].ravel()]))
-        step[used] = np.minimum(step[used] + 1, _MIDDLE)
-        if number >= _GROWING:
-            around = np.unique(p.quads[np.isin(p.quads, used).any(axis=1)])
-            step[around] = np.maximum(step[around], _CUT)
+        else:
+            zone = everywhere
     vertices, faces = slivers.compact(position, faces)
     return vertices, faces
 
 
+@dataclass(frozen=True, eq=False)
+class _Zone:
+    """Some of the quads (N,), which vertices (V,) others share, and at which (V,) tangles count."""
+
+    quads: NDArray[np.int64]
+    border: NDArray[np.bool_]
+    trusted: NDArray[np.bool_]
+
+
+def _zone_around(p: Pieces, start: NDArray[np.bool_]) -> _Zone:
+    """Quads within some rings of vertices."""
+    own = p.cells.vertices
+    inner, trusted = start.copy(), start.copy()
+    for ring in range(_RINGS):
+        chosen = inner[p.quads].any(axis=1)
+        closed = inner.copy()
+        inner[p.quads[chosen]] = True
+        if ring == _TRUSTED_RINGS:
+            trusted = closed
+    closed[own:] = True
+    trusted[own:] = True
+    return _Zone(np.flatnonzero(chosen), ~closed, trusted)
+
+
+def _tangled(
+    p: Pieces,
+    position: FloatArray,
+    faces: Faces,
+    centres: NDArray[np.int64],
+    threads: Callable[[int], AbstractContextManager[None]],
+) -> NDArray[np.int64]:
+    """Vertices of the triangles that run through others; instead of a quad's centre, the vertices of the quad."""
+    with threads(len(faces)):
+        used = np.unique(faces[intersecting(position, faces, p.bricks.spacing)])
+    own = len(p.position)
+    return np.unique(np.concatenate([used[used < own], p.quads[centres[used[used >= own] - own]].ravel()]))
+
+
 def _tidy_triangles(
-    p: Pieces, step: NDArray[np.int8], threads: Callable[[int], AbstractContextManager[None]]
+    p: Pieces, step: NDArray[np.int8], zone: _Zone, threads: Callable[[int], AbstractContextManager[None]]
 ) -> tuple[FloatArray, Faces, NDArray[np.int64]]:
     """Vertices, faces without slivers, and the quads that have a vertex of their own behind those of the pieces."""
-    cut = np.any(step[p.quads] >= _CUT, axis=1)
-    fanned = cut | np.any(p.between >= 0, axis=1) if len(p.between) else cut
-    plain, special = np.flatnonzero(~fanned), np.flatnonzero(fanned)
+    cut = np.any(step[p.quads[zone.quads]] >= _CUT, axis=1)
+    fanned = cut | np.any(p.between[zone.quads] >= 0, axis=1) if len(p.between) else cut
+    plain, special, cut = zone.quads[~fanned], zone.quads[fanned], cut[fanned]
     position, edge_points = _moved(p, step)
     rank = np.where(step >= _MIDDLE, np.int8(1), p.rank)
-    quads, normal = (p.quads[plain], p.normal[plain]) if len(special) else (p.quads, p.normal)
     with threads(len(plain)):
-        faces, facing = mesh_kernels.triangles(quads, normal, p.smooth, position, rank)
-    rank[step >= _NO_SLIVERS] = slivers.FIXED
+        faces, facing = mesh_kernels.triangles(p.quads[plain], p.normal[plain], p.smooth, position, rank)
+    rank[(step >= _IN_CELL) | zone.border] = slivers.FIXED
     if len(special):
-        fans, source = _fans(p, step, special, cut[special])
-        centre = np.where(cut[special, None], edge_points[special], p.foot[special])
+        fans, source = _fans(p, step, special, cut)
+        centre = np.where(cut[:, None], edge_points[special], p.foot[special])
         position = np.concatenate([position, centre])
-        rank = np.concatenate([rank, np.where(cut[special], slivers.FIXED, 1).astype(np.int8)])
+        rank = np.concatenate([rank, np.where(cut, slivers.FIXED, 1).astype(np.int8)])
         faces = np.concatenate([faces, fans])
         facing = np.concatenate([facing, p.normal[special][source]])
     kept = slivers.remove_slivers(position, faces, facing, rank, p.bricks.spacing)
@@ -167,6 +215,8 @@ def _moved(p: Pieces, step: NDArray[np.int8]) -> tuple[FloatArray, FloatArray]:
     moved = np.flatnonzero(step[:own])
     low, high = _cell_boxes(p, moved)
     centre = np.clip(middle[moved] / count[moved, None], low, high)
+    around = np.where(step[moved] > _NEAR_CELL, 0.0, _NEAR * h)[:, None]
+    low, high = low - around, high + around
     way = position[moved] - centre
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(way > 0, (high - centre) / way, np.where(way < 0, (low - centre) / way, np.inf))

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from cad_implicit import Mesh, parallel
+from cad_implicit import Mesh, parallel, untangling
 from cad_implicit.dual import dual_contour
 from cad_implicit.field import Field
 from cad_implicit.grid import Grid
@@ -119,3 +119,15 @@ def test_tangles_are_mended_alike_on_any_number_of_threads() -> None:
     one, two = (dual_contour(random_field(11, 7, 0.6), 0.5, threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one.faces, two.faces)
     np.testing.assert_array_equal(one.vertices, two.vertices)
+
+
+@pytest.mark.parametrize("rounds", [1, 2, 3, 5])
+def test_the_mesh_is_closed_after_any_number_of_rounds(rounds: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    field = random_field(11, 7, 0.6)
+    whole = dual_contour(field, 0.5)
+    monkeypatch.setattr(untangling, "_ROUNDS", rounds)
+    mesh = dual_contour(field, 0.5)
+    assert broken_edges(mesh) == 0
+    assert status(mesh) == "NoError"
+    assert mesh.volume == pytest.approx(whole.volume, rel=0.01)
+    assert rounds > 1 or count_intersections(mesh) > 0

@@ -1,6 +1,10 @@
 """Graded lengths: sizes in mm that change from place to place, as those of cells, walls and struts may.
 
 A size is a number, or anything that maps points to numbers: a function, an Implicit, or a ramp made by :func:`graded`.
+
+Not promised: whole lattices where cells vary. They are stretched about the origin, ``g(x / cell(x))``, and fold where
+the cell changes too fast: by more than its own size over the distance from the origin. Lattices of constant cells that
+halve from layer to layer always meet: ``slab_lattice(4, w) | (slab_lattice(2, w) - offset(part, -3))``.
 """
 
 from __future__ import annotations

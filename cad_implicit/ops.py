@@ -203,6 +203,8 @@ class Call:
         part = exact.distance_to(self.source, self.spacing, side, threads=self.threads, progress=self.progress)
         if check and isinstance(part, MeshDistance):
             self._check_medial_axis(part.mesh, sides)
+        elif check and part.spacing is None:  # not made by an operation, which has looked already
+            self._check_medial_axis(contour(part, self.spacing, threads=self.threads, progress=self.progress), sides)
         return part
 
     def field(self, sides: tuple[Side, ...], *, check: bool = True) -> Field:

@@ -199,6 +199,19 @@ def test_a_lattice_in_a_part_contours() -> None:
         assert 0.05 < mesh.volume / (4 / 3 * np.pi * 125) < 0.5
 
 
+def test_halved_cells_meet() -> None:
+    """The recipe for a lattice that grows denser towards a surface without folding."""
+    ball, wall = ci.sphere(6), 0.5
+    rods = ci.slab_lattice(4.0, wall) | (ci.slab_lattice(2.0, wall) - ci.sphere(6 - 2))
+    mesh = ci.contour(ci.shell(ball, wall, spacing=0.2) | (rods & ball), 0.2)
+    assert mesh.is_watertight
+    assert mesh.components == 1
+    x = random_points(20000, 6)
+    depth = ball(x)
+    solid = rods(x) > 0
+    assert solid[(depth > 0.5) & (depth < 2)].mean() > 1.8 * solid[depth > 2].mean()
+
+
 def test_bad_input() -> None:
     with pytest.raises(
         RadiusError, match=r"too thick for gyroid cells of 2 mm; use up to 0\.576 mm, or cells from 3\.47"

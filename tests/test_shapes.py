@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import cad_implicit as ci
-from cad_implicit.errors import RadiusError, SpacingError
+from cad_implicit.errors import GeometryWarning, RadiusError, SpacingError
+from cad_implicit.transforms import Movable, Placed
 
 Points = NDArray[np.float64]
 
@@ -187,6 +188,32 @@ def test_moved_meshes() -> None:
     assert shape.exact
     x = points_for(shape)
     np.testing.assert_allclose(shape(x), ci.box((4, 2, 1)).moved((1, 2, 3))(x), atol=1e-5)
+
+
+def test_fillets_of_primitives_are_exact() -> None:
+    """A cylinder on a plate: the fillet is a torus."""
+
+    def placed(shape: Movable) -> Movable:
+        return shape.turned((1, 2, 3), 25).moved((0.13, 0.37, 0.21))
+
+    part = placed(ci.box((12, 12, 3)).moved((0, 0, -1.5)) | ci.cylinder(2.5, 8))
+    filleted = ci.fillet(part, 1.0, spacing=0.25)
+    assert filleted.exact
+    mesh = ci.contour(filleted)
+    assert (mesh.is_watertight, mesh.components, mesh.genus) == (True, 1, 0)
+    frame = placed(ci.sphere(1))
+    assert isinstance(frame, Placed)
+    local = (mesh.vertices - frame.shift) @ frame.matrix
+    rho = np.hypot(local[:, 0], local[:, 1])
+    blend = (abs(rho - 3) < 0.48) & (abs(local[:, 2] - 0.5) < 0.48)
+    assert blend.sum() > 300
+    assert np.abs(np.hypot(rho[blend] - 3.5, local[blend, 2] - 1) - 1).max() < 1e-4 * 0.25
+
+
+def test_thin_walls_of_primitives_are_told() -> None:
+    part = ci.box((8, 8, 4)) - ci.box((6, 9, 3)).moved((0, 0, 1))
+    with pytest.warns(GeometryWarning, match="material 1 mm wide"):
+        ci.round(part, 0.6, spacing=0.2)
 
 
 @pytest.mark.parametrize("x", [[[0.0, 0, 0]], [[1.5, 0, 1.5]], [[0, 0, 1.5]]])

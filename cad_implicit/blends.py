@@ -70,8 +70,9 @@ def blended(
     likely[ask] = np.abs(polished(part, pushed[ask])[0]) < radius - _DOUBT_CUT * spacing
     which, centre, doubtful = which[likely], centre[likely], doubtful[likely]
     better = partial(polished, part) if part.rough else None
+    within = None if part.rough else part.within
     centre, found = polish_centres(
-        part.value_and_gradient, radius, spacing, points[which], centre, better=better, threads=threads
+        part.value_and_gradient, radius, spacing, points[which], centre, within=within, better=better, threads=threads
     )
     keep = found | ~doubtful
     which, centre = which[keep], centre[keep]
@@ -98,9 +99,8 @@ def _cut(
     which = np.flatnonzero(value > -radius)
     pushed = points[which] - (value[which] + radius)[:, None] * gradient[which]
     fits = radius - _DOUBT_CUT * spacing
+    cut = part.within(pushed, fits)
+    which, pushed, unsure = which[cut], pushed[cut], np.zeros(int(cut.sum()), np.bool_)
     if part.rough:
-        room = np.abs(part(pushed))
-        cut, unsure = room < fits, room > fits - _DOUBT * spacing
-    else:
-        cut, unsure = part.within(pushed, fits), np.zeros(len(which), np.bool_)
-    return which[cut], unsure[cut], pushed[cut]
+        unsure = np.abs(part(pushed)) > fits - _DOUBT * spacing
+    return which, unsure, pushed

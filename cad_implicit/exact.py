@@ -193,6 +193,15 @@ class Closing(Implicit):
         holds[which] = fits
         return value, gradient, holds
 
+    def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the surface comes nearer to points than a radius, to 0.02 spacings or so."""
+        x = np.asarray(points, np.float64)
+        radii = np.broadcast_to(np.asarray(radius, np.float64), len(x))
+        # Farther than the ball's radius from the part nothing changes outside, and grows inside.
+        near = self.parent.within(x, np.maximum(radii, self.radius - self._slack))
+        near[near] = np.abs(self(x[near])) < radii[near]
+        return near
+
     def _pushed(self, x: FloatArray, value: FloatArray, gradient: FloatArray, which: NDArray[np.intp]) -> FloatArray:
         """Centres of the balls pushed against the part's points nearest to some of the points."""
         return np.asarray(x[which] - (value[which] + self.radius)[:, None] * gradient[which])

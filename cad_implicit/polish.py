@@ -28,8 +28,9 @@ _PLANES = 8
 _STEP_SPACING = 0.3
 _STEP_RADIUS = 0.06
 
-#: Farthest that a polished centre may be from the rough one, in spacings.
-_REACH = 1.0
+#: Farthest that a polished centre may be from the rough one, in spacings: where faces meet at a shallow angle, as on
+#: crossing cylinders of one radius near their poles, the spine is off by more than one.
+_REACH = 2.5
 
 #: Features are looked up from this share of the radius towards them, where they alone are nearest.
 _LOOK_AHEAD = 0.3
@@ -65,9 +66,6 @@ _ROUGH_ROUNDS = 6
 _CORRECTIONS = 3
 _AGAIN = 0.05
 
-#: Fewer points than this are not worth a second thread.
-_SERIAL_ITEMS = 20_000
-
 #: Largest multiple of the last move by which the secant method may extrapolate.
 _FARTHEST = 10.0
 
@@ -81,6 +79,7 @@ def polish_centres(
     points: FloatArray,
     centres: FloatArray,
     *,
+    within: Callable[[FloatArray, float], NDArray[np.bool_]] | None = None,
     better: Evaluate | None = None,
     threads: int | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -98,6 +97,8 @@ def polish_centres(
         Points on or near the fillet.
     centres : (N, 3) float64
         Rough centres.
+    within : callable, optional
+        Tells whether the part comes nearer to points (N, 3) than a radius, cheaper than ``part`` would.
     better : callable, optional
         As ``part``, which is rough then: looked at only at the end, at the features that hold the centres.
     threads : int, optional
@@ -109,7 +110,7 @@ def polish_centres(
     accepted : (N,) bool
         Where the polish converged; elsewhere the rough centre is returned.
     """
-    problem = _Problem(part, radius, spacing, points, centres, better is not None, threads)
+    problem = _Problem(part, radius, spacing, points, centres, within, better is not None, threads)
     active = np.arange(len(points))
     for _ in range(problem.rounds):
         if len(active) == 0:
@@ -138,11 +139,12 @@ class _Problem:
         spacing: float,
         points: FloatArray,
         centres: FloatArray,
+        within: Callable[[FloatArray, float], NDArray[np.bool_]] | None,
         rough: bool,
         threads: int | None,
     ) -> None:
         count = len(points)
-        self.part, self.radius, self.origin, self.threads = part, radius, centres, threads
+        self.part, self.within, self.radius, self.origin, self.threads = part, within, radius, centres, threads
         self.target = (points - centres) / radius
         self.step = min(_STEP_SPACING * spacing / radius, _STEP_RADIUS)
         self.reach = _REACH * spacing / radius
@@ -182,7 +184,7 @@ class _Problem:
         self.place[which] = self.base[which] + step
         near = np.linalg.norm(self.place[which], axis=1) <= self.reach
         which, arrived = which[near], arrived[near]
-        new = self._look(which)
+        new = self._look(which, arrived)
         self.base[which[~new]] = self.place[which[~new]]
         self.goal[which], mask = self._project(which)
         self._refine(which[arrived], mask[arrived])
@@ -202,7 +204,7 @@ class _Problem:
             query, slot = query[same], slot[same]
             self.best_normals[query, slot], self.best_offsets[query, slot] = normal[same], offset[same]
             before = self.best[which]
-            with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
+            with parallel.threads(self.threads, len(which)):
                 self.best[which], _ = halfspaces.nearest_feasible_many(
                     which, self.target, self.best_normals, self.best_offsets, self.best_count, self.best
                 )
@@ -219,13 +221,24 @@ class _Problem:
             self.normals[query, plane], self.offsets[query, plane],
         )  # fmt: skip
 
-    def _look(self, which: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Measure how far the balls are from the part; returns which ones cut into a new feature, and adds it."""
+    def _look(self, which: NDArray[np.intp], arrived: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+        """Measure how far the balls are from the part; returns which ones cut into a new feature, and adds it.
+
+        Those that have arrived should fit; that they do is all that need be known.
+        """
+        if arrived is not None and self.within is not None and arrived.any():
+            places = self.origin[which[arrived]] + self.radius * self.place[which[arrived]]
+            look = ~arrived
+            look[arrived] = self.within(places, self.radius * (1 - self.cut))
+            self.gap[which] = 0.0
+            new = np.zeros(len(which), np.bool_)
+            new[look] = self._look(which[look])
+            return new
         normal, offset = self._half_spaces(which, self.place[which])
         self.gap[which] = (normal * self.place[which]).sum(axis=1) - offset
         new = np.zeros(len(which), np.bool_)
         cuts = (self.gap[which] < -self.cut) | (self.counts[which] == 0)
-        with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
+        with parallel.threads(self.threads, len(which)):
             new[cuts] = halfspaces.add_planes(
                 self.normals, self.offsets, self.seen_from, self.counts, which[cuts], normal[cuts], offset[cuts],
                 self.place, self.held, self.same_normal,
@@ -261,7 +274,7 @@ class _Problem:
 
     def _project(self, which: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.int64]]:
         """Nearest points of the half-spaces, and the bit masks of those that hold them."""
-        with parallel.threads(self.threads if len(which) > _SERIAL_ITEMS else 1):
+        with parallel.threads(self.threads, len(which)):
             goal, mask = halfspaces.nearest_feasible_many(
                 which, self.target, self.normals, self.offsets, self.counts, self.place
             )

@@ -44,7 +44,7 @@ _SAME_NORMAL = 1e-6
 _ROUGH_SAME_NORMAL = 0.05
 
 #: Rounds of projecting and looking: planar contacts need two, doubly curved ones five, rims of holes up to a dozen.
-_ROUNDS = 10
+_ROUNDS = 12
 
 #: A place is right if the ball there cuts into the part by less than this many spacings, and projecting anew changes
 #: its distance from the point by less than …

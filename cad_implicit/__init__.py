@@ -33,6 +33,13 @@ The two boxes are 112 mm³; the ball of radius 1 in the corner adds (1 - pi/4) m
 >>> bool(112.7 < mesh.volume < 112.86)
 True
 >>> ci.save(mesh, "part.stl")  # doctest: +SKIP
+
+Parts can be made of primitives with exact distances, carved out to a wall, and filled with a lattice:
+
+>>> part = ci.box((8, 4, 2)) - ci.cylinder(0.8, 3).moved((2, 0, 0)) | ci.sphere(1.5).moved((-2, 0, 1))
+>>> light = ci.infill(part, cell=2.0, wall=0.3, kind="gyroid")
+>>> 0.6 < ci.contour(light).volume / ci.contour(part, 0.1).volume < 0.8
+True
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@
 Implicit, a Mesh, or a part that :func:`cad_implicit.to_mesh` reads, and return a new Implicit, so they nest. All are
 global: the whole shape is worked on by a ball of the given radius.
 
-Two engines stand behind one signature. ``exact`` (the default for parts, meshes and what it made itself) computes exact
-distances and keeps sharp edges (:mod:`cad_implicit.exact`). ``reinit`` (the default for functions and fields) is the
-paper's scheme on a regular grid (:mod:`cad_implicit.reinit`); its result is a Field.
+Two engines stand behind one signature. ``exact`` (the default for parts, meshes, primitives with exact distances and
+what it made itself) computes exact distances and keeps sharp edges (:mod:`cad_implicit.exact`). ``reinit`` (the default
+for functions and fields) is the paper's scheme on a regular grid (:mod:`cad_implicit.reinit`); its result is a Field.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from . import exact, reinit, sizing
+from .booleans import Boolean
 from .cad import to_mesh
 from .contouring import contour
 from .distance import MeshDistance
@@ -29,6 +30,7 @@ from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sizing import Engine
 from .thickness import thin_spots
+from .transforms import Placed
 
 #: Layers of ball centres thinner than this many spacings may be lost between the nodes.
 _RESOLVED = 1.5
@@ -64,7 +66,7 @@ def offset(
     tolerance : float, optional
         Largest accepted error in mm instead of a spacing.
     engine : "exact" or "reinit", optional
-        Default: exact, but reinit for functions and fields.
+        Default: exact, but reinit for functions, fields and in the plane.
     threads : int, optional
         Default: all cores.
     progress : callable
@@ -161,6 +163,16 @@ def as_implicit(shape: Shape) -> Implicit:
     return MeshDistance(to_mesh(shape).require_closed())
 
 
+def of_distances(shape: Implicit) -> bool:
+    """Whether a shape is made of exact distances, so that the exact engine suits it."""
+    if isinstance(shape, Boolean):
+        return of_distances(shape.first) and of_distances(shape.second)
+    if isinstance(shape, Placed):
+        return of_distances(shape.parent)
+    # what has a spacing was made by the exact engine
+    return shape.exact_inside or shape.exact_outside or shape.spacing is not None
+
+
 class Call:
     """What all operations do first: understand the shape, choose engine and spacing, check the radius.
 
@@ -184,9 +196,7 @@ class Call:
         self.source = as_implicit(shape)
         sizing.check_bounded(self.source.bounds)
         self.radius = sizing.check_radius(radius, self.source.bounds, opening=opening)
-        # what has a spacing was made by the exact engine
-        exactly = self.source.exact_inside or self.source.exact_outside or self.source.spacing is not None
-        self.engine: Engine = engine or ("exact" if exactly else "reinit")
+        self.engine: Engine = engine or ("exact" if self.source.dim == 3 and of_distances(self.source) else "reinit")
         self.threads, self.progress, self.margin = threads, progress, margin
         if self.engine == "exact" and self.source.dim != 3:
             raise ValueError('the exact engine works in 3-D; use engine="reinit" in the plane')

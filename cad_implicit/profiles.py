@@ -6,7 +6,7 @@ Where a gradient does not exist (centres, axes, ridges) one of its limits is giv
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .implicit import FloatArray, Implicit
 from .transforms import Movable
@@ -56,6 +56,18 @@ class Box(_Analytic):
         value, weight = _meet(self._half - np.abs(x))
         return value, -np.where(x < 0, -1.0, 1.0) * weight
 
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Where one face alone decides."""
+        value, gradient = self.value_and_gradient(points)
+        distances = np.sort(self._half - np.abs(points), axis=1)
+        nearest, next_one = distances[:, 0], distances[:, 1]
+        holds = (next_one > radius) & (next_one - nearest > 2 * radius)
+        face = np.abs(gradient).argmax(axis=1)
+        holds &= np.abs(points[np.arange(len(points)), face]) > radius
+        return value, gradient, holds
+
 
 class HalfSpace(_Analytic):
     """Everything behind the plane ``normal · x = offset``."""
@@ -71,6 +83,12 @@ class HalfSpace(_Analytic):
         """Values ``(N,)`` and unit gradients ``(N, 3)``."""
         x = np.asarray(points, np.float64)
         return self._offset - x @ self._normal, np.tile(-self._normal, (len(x), 1))
+
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Everywhere."""
+        return *self.value_and_gradient(points), np.ones(len(points), np.bool_)
 
 
 class Slab(_Analytic):

@@ -109,6 +109,14 @@ class Placed(Movable):
         """Whether the surface comes nearer to points than a radius, or may do so."""
         return self.parent.within(self._back(points), np.asarray(radius, np.float64) / self._factor)
 
+    def affine_within(
+        self, points: FloatArray, radius: float, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Where the parent is linear."""
+        f = self._factor
+        value, gradient, holds = self.parent.affine_within(self._back(points), radius / f, tolerance / f)
+        return f * value, self._forth(gradient), holds
+
     def _back(self, points: ArrayLike) -> FloatArray:
         return np.ascontiguousarray((np.asarray(points, np.float64) - self.shift) @ self._inverse.T)
 

@@ -190,6 +190,22 @@ def test_moved_meshes() -> None:
     np.testing.assert_allclose(shape(x), ci.box((4, 2, 1)).moved((1, 2, 3))(x), atol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["box", "plane", "turned box", "part"])
+def test_flat_regions_are_flat(name: str) -> None:
+    part = ci.box((4, 3, 2)) - ci.box((1, 4, 1)).moved((0, 0, 1)).turned("y", 10)
+    shape = part if name == "part" else EXACT[name][0]
+    rng = np.random.default_rng(5)
+    x = rng.uniform(-3, 3, (3000, 3))
+    radius = 0.3
+    value, gradient, holds = shape.affine_within(x, radius, 1e-6)
+    assert 0.01 < holds.mean() <= 1
+    for _ in range(40):
+        step = rng.normal(size=x.shape)
+        step *= radius * rng.uniform(0.5, 1, (len(x), 1)) / np.linalg.norm(step, axis=1)[:, None]
+        error = shape(x + step) - value - (gradient * step).sum(axis=1)
+        assert np.abs(error[holds]).max() < 1e-9
+
+
 def test_fillets_of_primitives_are_exact() -> None:
     """A cylinder on a plate: the fillet is a torus."""
 
@@ -208,6 +224,17 @@ def test_fillets_of_primitives_are_exact() -> None:
     blend = (abs(rho - 3) < 0.48) & (abs(local[:, 2] - 0.5) < 0.48)
     assert blend.sum() > 300
     assert np.abs(np.hypot(rho[blend] - 3.5, local[blend, 2] - 1) - 1).max() < 1e-4 * 0.25
+
+
+def test_booleans_of_primitives_are_worked_on_exactly() -> None:
+    part = (ci.box((6, 4, 2)) - ci.cylinder(1, 3) | ci.sphere(1.4).moved((2, 0, 1))).turned("z", 20)
+    assert not part.exact_inside
+    assert not part.exact_outside
+    filleted = ci.fillet(part, 0.4, spacing=0.15)
+    assert filleted.exact
+    plain = ci.Function(part, part.bounds, lipschitz=1.0)
+    assert isinstance(ci.fillet(plain, 0.4, spacing=0.15), ci.Field)
+    assert isinstance(ci.offset(ci.circle(3), 1, spacing=0.3), ci.Field)
 
 
 def test_thin_walls_of_primitives_are_told() -> None:

@@ -88,7 +88,7 @@ def test_operations_go_on_from_a_shell() -> None:
 
 
 def test_shell_in_the_plane() -> None:
-    ring = ci.shell(ci.circle(5), 1.0, spacing=0.1, engine="reinit")
+    ring = ci.shell(ci.circle(5), 1.0, spacing=0.1)
     curves = ci.contour_curves(ring)  # type: ignore[arg-type]
     radii = sorted(float(np.linalg.norm(c, axis=1).mean()) for c in curves)
     assert radii == pytest.approx([4, 5], abs=5e-3)

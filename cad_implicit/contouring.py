@@ -7,11 +7,13 @@ regular grid. Any other Implicit is contoured by dual contouring, which keeps th
 from __future__ import annotations
 
 import warnings
+from copy import copy
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .booleans import Boolean
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError
 from .exact import surface_of
@@ -20,6 +22,7 @@ from .implicit import Implicit, polished
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sizing import check_bounded
+from .transforms import Placed
 
 #: Values closer to zero than this fraction of the spacing are moved there: a vertex is never closer to a node, which
 #: would give triangles without area in the single precision of the marching cubes. Moves the surface by as much.
@@ -72,9 +75,20 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
-    bounded = surface_of(shape)
+    bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
+
+
+def _cheapest(shape: Implicit) -> Implicit:
+    """Shape with the same surface whose values cost least, also within booleans and transforms."""
+    if isinstance(shape, Placed):
+        return Placed(_cheapest(shape.parent), shape.matrix, shape.shift)
+    if isinstance(shape, Boolean):
+        joined = copy(shape)
+        joined.first, joined.second = _cheapest(shape.first), _cheapest(shape.second)
+        return joined
+    return surface_of(shape)
 
 
 def _marching_cubes(field: Field) -> Mesh:

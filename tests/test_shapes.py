@@ -237,6 +237,15 @@ def test_booleans_of_primitives_are_worked_on_exactly() -> None:
     assert isinstance(ci.offset(ci.circle(3), 1, spacing=0.3), ci.Field)
 
 
+def test_offsets_in_booleans_are_contoured_without_their_distances() -> None:
+    grown = ci.offset(ci.box((3, 2, 1)), 0.5, spacing=0.2)
+    part = ci.box((6, 4, 2)) - ci.moved(grown, (0, 0, 0.4))
+    mesh = ci.contour(part, 0.2)
+    assert "_distance" not in vars(grown)
+    assert mesh.is_watertight
+    assert np.abs(part(mesh.vertices)).max() < 1e-3 * 0.2
+
+
 def test_thin_walls_of_primitives_are_told() -> None:
     part = ci.box((8, 8, 4)) - ci.box((6, 9, 3)).moved((0, 0, 1))
     with pytest.warns(GeometryWarning, match="material 1 mm wide"):

@@ -25,9 +25,9 @@ def radius(x: Points) -> Points:
 
 
 def in_arrow(x: Points) -> NDArray[np.bool_]:
-    from matplotlib.path import Path
+    from skimage.measure import points_in_poly
 
-    return np.asarray(Path(ARROW).contains_points(x))
+    return np.asarray(points_in_poly(x, ARROW))
 
 
 EXACT: dict[str, tuple[ci.Implicit, Callable[[Points], NDArray[np.bool_]]]] = {

@@ -163,7 +163,7 @@ class Closing(Implicit):
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
         offset = Shifted(parent, radius) if parent.bounded else Shifted(complement(parent), -radius)
-        centres = dual_contour(offset, spacing, threads=threads, progress=progress)
+        centres = dual_contour(offset, spacing, threads=threads, progress=progress, draft=True)
         self._centres = Surface(centres, threads=threads)
 
     def __call__(self, points: ArrayLike) -> FloatArray:

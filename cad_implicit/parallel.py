@@ -49,7 +49,11 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
     with _LOCK:
         before = numba.get_num_threads()
         available = int(numba.config.NUMBA_NUM_THREADS)
-        numba.set_num_threads(min(count or os.cpu_count() or 1, available) if items >= _SERIAL_ITEMS else 1)
+        wanted = min(count or os.cpu_count() or 1, available) if items >= _SERIAL_ITEMS else 1
+        if wanted == before:  # setting it takes 20 microseconds
+            yield
+            return
+        numba.set_num_threads(wanted)
         try:
             yield
         finally:

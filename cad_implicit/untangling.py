@@ -84,9 +84,7 @@ class Pieces:
     between: NDArray[np.int32]
 
 
-def triangulate(
-    pieces: Pieces, threads: Callable[[int], AbstractContextManager[None]], untangle: bool = True
-) -> tuple[FloatArray, Faces]:
+def triangulate(pieces: Pieces, threads: Callable[[int], AbstractContextManager[None]]) -> tuple[FloatArray, Faces]:
     """Triangulate the quads, remove slivers, and see to it that no triangles run through each other.
 
     Parameters
@@ -94,8 +92,6 @@ def triangulate(
     pieces : Pieces
     threads : callable
         Gives the context of parallel kernels over so many items.
-    untangle : bool
-        Without it, triangles may run through each other.
 
     Returns
     -------
@@ -109,7 +105,7 @@ def triangulate(
     zone = everywhere
     for number in range(_ROUNDS):
         position, faces, centres = _tidy_triangles(p, step, zone, threads)
-        used = _tangled(p, position, faces, centres, threads) if untangle else np.zeros(0, np.int64)
+        used = _tangled(p, position, faces, centres, threads)
         used = used[zone.trusted[used]]
         if len(used):
             step[used] = np.minimum(step[used] + 1, _MIDDLE)

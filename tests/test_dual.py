@@ -163,11 +163,12 @@ def test_bounds_cut_flat_with_sharp_edges() -> None:
     assert distance_to_mesh(mesh, rim).max() < 0.02 * H
 
 
-def test_without_projection_the_vertices_are_close() -> None:
-    shape = Placed(*PARTS["sphere"][:2])
-    mesh = dual_contour(shape, H, project=False)
-    assert_sound(mesh)
-    assert 1e-6 * H < np.abs(shape(mesh.vertices)).max() < 0.1 * H
+@pytest.mark.parametrize("part", ["sphere", "box"])
+def test_a_draft_is_close_and_keeps_its_edges(part: str) -> None:
+    shape = Placed(*PARTS[part][:2])
+    draft, mesh = dual_contour(shape, H, draft=True), dual_contour(shape, H)
+    assert np.abs(shape(draft.vertices)).max() < (0.03 if part == "sphere" else 1e-3) * H
+    assert distance_to_mesh(draft, mesh.vertices).max() < (0.03 if part == "sphere" else 1e-3) * H
 
 
 def test_polish_decides_where_the_vertices_lie() -> None:

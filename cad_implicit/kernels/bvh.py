@@ -51,7 +51,7 @@ class Tree(NamedTuple):
     doubtful : (F,) uint8
         Bit f is set where the pseudonormal of feature f does not tell the side.
     dipoles : (N, 7, 8) float64
-        For each child: area vector, centre, radius around it.
+        For each child: area vector, centre, radius around it; (0, 7, 8) in an unsigned tree.
     by_winding : int
         1 if the winding number tells inside from outside everywhere, 0 if pseudonormals do.
     exterior : int
@@ -91,7 +91,7 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> 
     else:
         normals, doubtful = np.zeros((0, 7, 3)), np.zeros(0, np.uint8)
     bounds = _bound(corners, vectors, ranges)
-    dipoles = _dipoles(corners, vectors, children, ranges)
+    dipoles = _dipoles(corners, vectors, children, ranges) if signed else np.zeros((0, 7, WIDTH))
     blocks = leaf_blocks(corners, first)
     frame = np.append(centre, scale)
     return Tree(bounds, children, first, blocks, corners, order, frame, normals, doubtful, dipoles, 0, 0)

@@ -32,7 +32,7 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
 
     ``seed`` is a triangle that is probably near, or -1.
     """
-    codes, keys, near, far = stack
+    codes, keys, near, far, _ = stack
     order = tree.order
     best, found = limit2, -1
     limit = np.float32(min(limit2, 1e37)) * TRUST
@@ -78,7 +78,7 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
 @jit
 def within_scaled(tree, x, y, z, radius2, stack):
     """Whether a triangle is nearer than the root of ``radius2``, scaled."""
-    codes, _, near, far = stack
+    codes, _, near, far, _ = stack
     limit = np.float32(min(radius2, 1e37)) * TRUST
     fx, fy, fz = single(x), single(y), single(z)
     waiting = 1

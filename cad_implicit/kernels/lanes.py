@@ -46,6 +46,12 @@ class _Lanes:
     def __mul__(self, other: Any) -> _Lanes:
         return self._apply("fmul", self.value, self._number(other))
 
+    def __truediv__(self, other: Any) -> _Lanes:
+        return self._apply("fdiv", self.value, self._number(other))
+
+    def __rmul__(self, other: Any) -> _Lanes:
+        return self._apply("fmul", self.value, self._number(other))
+
     def __gt__(self, other: Any) -> _Lanes:
         return _Lanes(self.builder, self.builder.fcmp_ordered(">", self.value, self._number(other)))
 

@@ -26,7 +26,7 @@ _SAME_SIDE = 0.5
 @jit
 def _only_plane(tree, x, y, z, radius2, triangle, tolerance, stack):
     """Whether all triangles nearer than the root of ``radius2`` lie in the plane of one of them, scaled."""
-    codes, _, near, far = stack
+    codes, _, near, far, _ = stack
     nx, ny, nz = tree.normals[triangle, FACE]
     height = nx * tree.corners[triangle, 0] + ny * tree.corners[triangle, 1] + nz * tree.corners[triangle, 2]
     limit = np.float32(min(radius2, 1e37)) * TRUST

@@ -13,5 +13,14 @@ CHUNK = 256
 
 @jit
 def new_stack():
-    """Return waiting nodes, bounds of their squared distances, bounds of one node's children, distances in a leaf."""
-    return np.zeros(STACK, np.int32), np.zeros(STACK, np.float32), np.zeros(WIDTH, np.float32), np.zeros(LEAF)
+    """Return waiting nodes, bounds of their squared distances, and room for one node.
+
+    That is for the bounds of its children, for distances in a leaf, and for fields of its children.
+    """
+    return (
+        np.zeros(STACK, np.int32),
+        np.zeros(STACK, np.float32),
+        np.zeros(WIDTH, np.float32),
+        np.zeros(LEAF),
+        np.zeros(WIDTH),
+    )

@@ -12,6 +12,7 @@ import numpy as np
 from numba import prange
 
 from .jit import jit, parallel_jit
+from .lanes import choose, lanes, root
 from .partition import WIDTH
 from .stack import CHUNK, new_stack
 from .triangle import half_solid_angle
@@ -20,12 +21,24 @@ from .triangle import half_solid_angle
 #: triangles and a torus of 12k: 0.06 and 0.09 at 1.6, 0.04 and 0.05 at 2, 0.02 and 0.03 at 2.5; a sign needs 0.5.
 _FAR_RADII = 2.0
 _TINY, _HUGE = 1e-100, 1e100
+#: Stands for a field that is not known.
+_NEAR = 1e300
+
+
+@lanes(WIDTH)
+def dipole_fields(rows, x, y, z):
+    """Fields of the dipoles of eight children, ``_NEAR`` for those that are not far."""
+    dx, dy, dz = rows[3] - x, rows[4] - y, rows[5] - z
+    d2 = dx * dx + dy * dy + dz * dz
+    far = d2 > _FAR_RADII**2 * (rows[6] * rows[6])
+    safe = choose(far, d2, 1)
+    return choose(far, (rows[0] * dx + rows[1] * dy + rows[2] * dz) / (safe * root(safe)), _NEAR)
 
 
 @jit
 def winding_scaled(tree, x, y, z, stack):
     """Winding number at a point in the tree's scaled coordinates: 1 inside, 0 outside a closed mesh."""
-    codes = stack[0]
+    codes, terms = stack[0], stack[4]
     field = 0.0
     # Angles add up where complex numbers multiply; arctangents only where the product leaves the right half plane.
     angle, real, imaginary = 0.0, 1.0, 0.0
@@ -45,12 +58,10 @@ def winding_scaled(tree, x, y, z, stack):
                     angle += math.atan2(imaginary, real)
                     real, imaginary = 1.0, 0.0
             continue
-        dipole = tree.dipoles[code]
+        dipole_fields(tree.dipoles[code], x, y, z, terms)
         for c in range(WIDTH):
-            dx, dy, dz = dipole[3, c] - x, dipole[4, c] - y, dipole[5, c] - z
-            d2 = dx * dx + dy * dy + dz * dz
-            if d2 > (_FAR_RADII * dipole[6, c]) ** 2:
-                field += (dipole[0, c] * dx + dipole[1, c] * dy + dipole[2, c] * dz) / (d2 * math.sqrt(d2))
+            if terms[c] < _NEAR:
+                field += terms[c]
             else:
                 codes[waiting] = tree.children[code, c]
                 waiting += 1

@@ -54,7 +54,11 @@ _CUT = 1e-4
 #: along its spine, which changes the distance by as little.
 _CLOSE = 1e-4
 
-#: … and these with rough values, …
+#: Places that are not right, but where the ball cuts in by less than this many spacings, are better than nothing:
+#: between the facets of hollow faces the rounds may go to and fro.
+_FITS = 2e-3
+
+#: The same with rough values, …
 _ROUGH_CUT = 0.05
 _ROUGH_CLOSE = 1e-3
 
@@ -154,6 +158,7 @@ class _Problem:
         self.close = (_ROUGH_CLOSE if rough else _CLOSE) * unit
         self.same_normal = _ROUGH_SAME_NORMAL if rough else _SAME_NORMAL
         self.rounds = _ROUGH_ROUNDS if rough else _ROUNDS
+        self.fits = (_ROUGH_CUT if rough else _FITS) * unit
         self.again = _AGAIN * unit
         self.normals, self.offsets = np.zeros((count, _PLANES, 3)), np.zeros((count, _PLANES))
         self.seen_from = np.zeros((count, _PLANES, 3))
@@ -267,7 +272,9 @@ class _Problem:
         faster = goal - share * np.where(usable[:, None], goal - self.before_goal[which], 0.0)
         self.before[which], self.before_goal[which], self.held[which] = place, goal, mask
         self.goal[which] = faster
-        better = settled | (fits & (length < self.shortest[which]))
+        # Depth counts as much as the distance it might save.
+        length += np.maximum(-self.gap[which], 0)
+        better = settled | ((self.gap[which] >= -self.fits) & (length < self.shortest[which]))
         self.shortest[which[better]] = length[better]
         self.best[which[better]] = np.where(settled[:, None], goal, place)[better]
         self._keep_planes(which[better], mask[better])

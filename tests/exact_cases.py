@@ -162,6 +162,24 @@ def cone_boss(bottom: float, top: float, r: float, segments: int = 720) -> Case:
     return Case(name, mesh, r, outside, centre, known, box)
 
 
+def blind(hole: float, r: float, segments: int = 720) -> Case:
+    """Blind hole of radius ``hole`` in units of ``r``, above 1, with a flat bottom."""
+    hole, depth = hole * r, 4 * r
+
+    def outside(x: Points) -> Points:
+        return np.minimum(hole - np.hypot(x[:, 0], x[:, 1]), x[:, 2] + depth)
+
+    def centre(x: Points) -> Points:
+        rho = np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
+        return np.column_stack([x[:, :2] * (np.minimum(rho, hole - r) / rho)[:, None], np.full(len(x), r - depth)])
+
+    def known(x: Points) -> NDArray[np.bool_]:
+        return (np.hypot(x[:, 0], x[:, 1]) < hole + 0.1 * r) & (x[:, 2] < -r) & (x[:, 2] > -depth - 0.1 * r)
+
+    mesh = shapes.blind(hole, hole + 2 * r, depth, segments)
+    return Case(f"blind {hole / r:g}", mesh, r, outside, centre, known, ([-hole, -hole, -depth], [hole, hole, -r]))
+
+
 def cross(first: float, second: float, r: float, segments: int = 720) -> Case:
     """Cylinders of radii ``first >= second`` in units of ``r`` along z and x."""
     first, second, reach = first * r, second * r, first * r + 5 * r

@@ -112,6 +112,12 @@ def drilled(radius: float, size: float, thickness: float, segments: int = 720) -
     return as_mesh(plate - manifold3d.Manifold.cylinder(4 * thickness, radius, radius, segments, center=True))
 
 
+def blind(radius: float, size: float, depth: float, segments: int = 720) -> Mesh:
+    """Block whose top is z = 0, with a flat-bottomed hole of radius ``radius`` along z."""
+    block = box([-size, -size, -1.5 * depth], [size, size, 0])
+    return as_mesh(block - manifold3d.Manifold.cylinder(2 * depth, radius, radius, segments).translate([0, 0, -depth]))
+
+
 def cavity(part: Mesh, wall: float) -> Mesh:
     """Block that leaves a part-shaped hollow, ``wall`` inside its faces: what is convex in one is concave in the other.
 

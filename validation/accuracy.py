@@ -28,6 +28,7 @@ CASES: list[Callable[[], cases.Case]] = [
     lambda: cases.cone_boss(1.5, 2.2, R),
     lambda: cases.cross(2, 1.5, R),
     lambda: cases.cross(2, 2, R),
+    *(lambda hole=hole: cases.blind(hole, R) for hole in (1.1, 2)),
     *(lambda hole=hole: cases.plug(hole, R) for hole in (0.1, 0.3, 0.6, 0.9, 0.99)),
 ]
 
@@ -61,7 +62,7 @@ def line(make: Callable[[], cases.Case], operation: str, cells: float) -> None:
 
 
 def main(counts: list[float]) -> None:
-    """Print one line for each part, operation and radius."""
+    """Print one line for each part, operation and radius; rounds are those of cavities: of crosses, crossing bores."""
     warnings.simplefilter("ignore", ci.errors.GeometryWarning)
     print(
         "part         op        r/h  blend max       rms  facets  missed      face sharp 99.9       max left out /  of"
@@ -70,7 +71,7 @@ def main(counts: list[float]) -> None:
         for cells in counts:
             line(make, "fillet", cells)
     for operation in ("round", "smooth", "smooth'", "six"):
-        for make in (CASES[1], CASES[3], CASES[6], CASES[9]) if operation != "six" else (CASES[3], CASES[6]):
+        for make in (CASES[1], CASES[3], CASES[6], CASES[9], CASES[10]) if operation != "six" else (CASES[3], CASES[6]):
             line(make, operation, 5)
 
 

@@ -40,8 +40,8 @@ _BATCH = 1 << 19
 _ROOT_TOLERANCE = 1e-3
 
 #: The same for drafts: a foot found from nearer an edge than this is on the other face (one in 5,000 vertices of a box,
-#: off by 0.005 spacings, with 0.03).
-_DRAFT_ROOT_TOLERANCE = 0.01
+#: off by 0.005 spacings, with 0.01).
+_DRAFT_ROOT_TOLERANCE = 0.003
 _ROOT_ROUNDS = 40
 
 #: A smooth vertex that moved by less, in spacings, is on the surface: Newton's error is about half the square of

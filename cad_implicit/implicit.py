@@ -7,12 +7,19 @@ operation: all are Implicits, so operations nest.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+if TYPE_CHECKING:
+    from .transforms import Placed
+
 FloatArray = NDArray[np.float64]
+
+#: A direction: the name of an axis, or a vector of any length.
+Axis = str | Sequence[float] | FloatArray
 
 #: Step of the central differences, relative to the diagonal of the bounds: the cube root of the machine epsilon
 #: balances truncation against rounding.
@@ -83,6 +90,30 @@ class Implicit(ABC):
         from .booleans import Boolean
 
         return Boolean(self, other, union=False, second_sign=-1.0)
+
+    def moved(self, by: ArrayLike) -> Placed:
+        """Shape moved by a vector ``(D,)`` in mm; see :func:`cad_implicit.moved`."""
+        from .transforms import moved
+
+        return moved(self, by)
+
+    def turned(self, axis: Axis, degrees: float, about: ArrayLike | None = None) -> Placed:
+        """Shape turned about an axis; see :func:`cad_implicit.turned`."""
+        from .transforms import turned
+
+        return turned(self, axis, degrees, about)
+
+    def scaled(self, factor: ArrayLike, about: ArrayLike | None = None) -> Placed:
+        """Shape scaled by one factor, or by one for each axis; see :func:`cad_implicit.scaled`."""
+        from .transforms import scaled
+
+        return scaled(self, factor, about)
+
+    def mirrored(self, normal: Axis, about: ArrayLike | None = None) -> Placed:
+        """Mirror image; see :func:`cad_implicit.mirrored`."""
+        from .transforms import mirrored
+
+        return mirrored(self, normal, about)
 
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
         """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm, or may do so; for distances."""

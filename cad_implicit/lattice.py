@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .grading import Length, Size, as_length, constant
-from .implicit import FloatArray
+from .implicit import FloatArray, Implicit
 from .minimal import Phased
-from .transforms import Movable
 from .walls import Feet, Level, Nearest, Wall
 
 Crystal = Literal["cubic", "bcc", "fcc", "octet"]
@@ -34,7 +33,7 @@ _STRUTS["octet"] = [*_STRUTS["fcc"], ((1, 1, 0), (1, 0, 1)), ((1, 0, 1), (0, 1, 
 _SLAB_REACH = 0.45
 
 
-def slab_lattice(cell: Size | Length, wall: Size | Length, *, closed: bool = False) -> Movable:
+def slab_lattice(cell: Size | Length, wall: Size | Length, *, closed: bool = False) -> Implicit:
     """Lattice of three families of parallel slabs, across x, y and z.
 
     Parameters
@@ -61,7 +60,7 @@ def slab_lattice(cell: Size | Length, wall: Size | Length, *, closed: bool = Fal
     return SlabLattice(as_length("the cell", cell), as_length("the wall", wall), closed)
 
 
-def strut_lattice(kind: Crystal, cell: ArrayLike, strut: Size | Length) -> Movable:
+def strut_lattice(kind: Crystal, cell: ArrayLike, strut: Size | Length) -> Implicit:
     """Lattice of round struts between the nodes of a crystal.
 
     Parameters
@@ -93,7 +92,7 @@ def strut_lattice(kind: Crystal, cell: ArrayLike, strut: Size | Length) -> Movab
     return lattice
 
 
-class SlabLattice(Movable):
+class SlabLattice(Implicit):
     """Crossing slabs; :func:`slab_lattice` makes it."""
 
     def __init__(self, cell: Length, wall: Length, closed: bool) -> None:

@@ -15,9 +15,8 @@ import numpy as np
 from . import parallel
 from .errors import RadiusError
 from .grading import Length, Size, as_length, constant
-from .implicit import FloatArray
+from .implicit import FloatArray, Implicit
 from .kernels.minimal import DIAMOND, GYROID, IWP, SCHWARZ_P, feet, levels
-from .transforms import Movable
 from .walls import LONGEST, ON_SURFACE, ROUNDS, STILL, Feet, Level, Wall
 
 Minimal = Literal["gyroid", "schwarz_p", "diamond", "iwp"]
@@ -44,7 +43,7 @@ _KINDS: dict[Minimal, _Kind] = {
 _THICKEST = 1.6
 
 
-def tpms(kind: Minimal, cell: Size | Length, wall: Size | Length) -> Movable:
+def tpms(kind: Minimal, cell: Size | Length, wall: Size | Length) -> Implicit:
     """Wall around a triply periodic minimal surface, everywhere in space.
 
     Parameters

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .implicit import FloatArray, Implicit
-from .transforms import Movable
 
 
-class _Analytic(Movable):
+class _Analytic(Implicit):
     """A shape that computes value and gradient together; an exact distance unless it says otherwise."""
 
     lipschitz: float | None = 1.0

@@ -13,13 +13,12 @@ from numpy.typing import ArrayLike
 from .booleans import Boolean
 from .implicit import FloatArray, Implicit
 from .rsystems import R_0, RSystem
-from .transforms import Movable
 
 #: Largest slope of 1 / (1 + u² + v²), at u² + v² = 1/3.
 _DISPLACEMENT_SLOPE = 3 * math.sqrt(3) / 8
 
 
-class RJoin(Movable):
+class RJoin(Implicit):
     """Two shapes joined by a system of R-functions; :func:`r_union` and the like make it."""
 
     def __init__(
@@ -117,7 +116,7 @@ class Blend(RJoin):
         return high
 
 
-def r_union(first: Implicit, second: Implicit, system: RSystem = R_0, *, bounds: ArrayLike | None = None) -> Movable:
+def r_union(first: Implicit, second: Implicit, system: RSystem = R_0, *, bounds: ArrayLike | None = None) -> Implicit:
     """Union of two shapes by R-functions.
 
     Unlike that of ``|``, the function is smooth but on the curves where the surfaces meet, and for that no distance.
@@ -147,14 +146,14 @@ def r_union(first: Implicit, second: Implicit, system: RSystem = R_0, *, bounds:
 
 def r_intersection(
     first: Implicit, second: Implicit, system: RSystem = R_0, *, bounds: ArrayLike | None = None
-) -> Movable:
+) -> Implicit:
     """Intersection of two shapes by R-functions; see :func:`r_union`."""
     return RJoin(first, second, system, union=False, bounds=bounds)
 
 
 def r_subtraction(
     first: Implicit, second: Implicit, system: RSystem = R_0, *, bounds: ArrayLike | None = None
-) -> Movable:
+) -> Implicit:
     """First shape without the second by R-functions; see :func:`r_union`."""
     return RJoin(first, second, system, union=False, second_sign=-1.0, bounds=bounds)
 
@@ -167,7 +166,7 @@ def blend_union(
     system: RSystem = R_0,
     *,
     bounds: ArrayLike | None = None,
-) -> Movable:
+) -> Implicit:
     r"""Union of two shapes with material added where they meet: a fillet of no constant radius, without a ball.
 
     Parameters
@@ -199,7 +198,7 @@ def blend_intersection(
     system: RSystem = R_0,
     *,
     bounds: ArrayLike | None = None,
-) -> Movable:
+) -> Implicit:
     """Intersection with material added (or taken, for a negative amount) where shapes meet; see :func:`blend_union`."""
     return Blend(first, second, system, amount, widths, union=False, bounds=bounds)
 
@@ -212,6 +211,6 @@ def blend_subtraction(
     system: RSystem = R_0,
     *,
     bounds: ArrayLike | None = None,
-) -> Movable:
+) -> Implicit:
     """First shape without the second, with material added where they meet; see :func:`blend_union`."""
     return Blend(first, second, system, amount, widths, union=False, second_sign=-1.0, bounds=bounds)

@@ -18,17 +18,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import RadiusError
-from .implicit import FloatArray, Implicit
+from .implicit import Axis, FloatArray, Implicit
 from .profiles import Ball, Box, Extrusion, HalfSpace, Polygon, Revolution, Slab, Superquadric
-from .transforms import Axis, Movable, direction
+from .transforms import direction
 
 
-def sphere(radius: float) -> Movable:
+def sphere(radius: float) -> Implicit:
     """Ball of a radius in mm around the origin."""
     return Ball(_length("radius", radius), 3)
 
 
-def box(size: Sequence[float] | FloatArray) -> Movable:
+def box(size: Sequence[float] | FloatArray) -> Implicit:
     """Cuboid of ``size`` (3,) in mm, centred on the origin.
 
     Examples
@@ -39,12 +39,12 @@ def box(size: Sequence[float] | FloatArray) -> Movable:
     return Box(_sizes(size, 3))
 
 
-def cylinder(radius: float, height: float) -> Movable:
+def cylinder(radius: float, height: float) -> Implicit:
     """Cylinder along z, centred on the origin; lengths in mm."""
     return Extrusion(Ball(_length("radius", radius), 2), _length("height", height))
 
 
-def cone(bottom: float, height: float, top: float = 0.0) -> Movable:
+def cone(bottom: float, height: float, top: float = 0.0) -> Implicit:
     """Cone along z with the radius ``bottom`` at ``-height/2``; truncated if ``top`` is not zero. Lengths in mm."""
     h = _length("height", height) / 2
     low, high = (_length(name, r) if r != 0 else 0.0 for name, r in (("bottom", bottom), ("top", top)))
@@ -54,7 +54,7 @@ def cone(bottom: float, height: float, top: float = 0.0) -> Movable:
     return Revolution(Polygon(np.array(list(dict.fromkeys((x + 0.0, z) for x, z in corners)))))
 
 
-def torus(ring: float, tube: float) -> Movable:
+def torus(ring: float, tube: float) -> Implicit:
     """Torus around z: a tube of radius ``tube`` whose centre runs on a circle of radius ``ring``, in mm."""
     major, minor = _length("ring", ring), _length("tube", tube)
     if minor >= major:
@@ -62,7 +62,7 @@ def torus(ring: float, tube: float) -> Movable:
     return Revolution(Ball(minor, 2).moved((major, 0)))
 
 
-def plane(normal: Axis, point: ArrayLike = (0.0, 0.0, 0.0)) -> Movable:
+def plane(normal: Axis, point: ArrayLike = (0.0, 0.0, 0.0)) -> Implicit:
     """Half-space behind a plane: the normal points out of it.
 
     Parameters
@@ -81,17 +81,17 @@ def plane(normal: Axis, point: ArrayLike = (0.0, 0.0, 0.0)) -> Movable:
     return HalfSpace(n, float(n @ np.asarray(point, np.float64)))
 
 
-def slab(thickness: float, normal: Axis = "z") -> Movable:
+def slab(thickness: float, normal: Axis = "z") -> Implicit:
     """Everything between two planes ``thickness`` mm apart, centred on the origin."""
     return Slab(direction(normal), _length("thickness", thickness))
 
 
-def ellipsoid(semi_axes: Sequence[float] | FloatArray) -> Movable:
+def ellipsoid(semi_axes: Sequence[float] | FloatArray) -> Implicit:
     """Ellipsoid with semi-axes (3,) in mm; its values are smaller than the distance, with Lipschitz constant 1."""
     return Superquadric(_sizes(semi_axes, 3), 1.0, 1.0)
 
 
-def superquadric(semi_axes: Sequence[float] | FloatArray, north_south: float = 1.0, east_west: float = 1.0) -> Movable:
+def superquadric(semi_axes: Sequence[float] | FloatArray, north_south: float = 1.0, east_west: float = 1.0) -> Implicit:
     """Superellipsoid (Barr 1981, DOI 10.1109/MCG.1981.1673799): from box to octahedron.
 
     Parameters
@@ -107,17 +107,17 @@ def superquadric(semi_axes: Sequence[float] | FloatArray, north_south: float = 1
     return Superquadric(_sizes(semi_axes, 3), float(north_south), float(east_west))
 
 
-def circle(radius: float) -> Movable:
+def circle(radius: float) -> Implicit:
     """Disc in the plane, around the origin."""
     return Ball(_length("radius", radius), 2)
 
 
-def rectangle(size: Sequence[float] | FloatArray) -> Movable:
+def rectangle(size: Sequence[float] | FloatArray) -> Implicit:
     """Rectangle of ``size`` (2,) in mm in the plane, centred on the origin."""
     return Box(_sizes(size, 2))
 
 
-def polygon(corners: ArrayLike) -> Movable:
+def polygon(corners: ArrayLike) -> Implicit:
     """Polygon in the plane, any way round; it must not cross itself.
 
     Parameters
@@ -131,7 +131,7 @@ def polygon(corners: ArrayLike) -> Movable:
     return Polygon(points)
 
 
-def extruded(profile: Implicit, height: float) -> Movable:
+def extruded(profile: Implicit, height: float) -> Implicit:
     """Prism over any shape in the plane, from ``-height/2`` to ``height/2``; exact if the profile is.
 
     Examples
@@ -145,7 +145,7 @@ def extruded(profile: Implicit, height: float) -> Movable:
     return Extrusion(profile, _length("height", height))
 
 
-def revolved(profile: Implicit) -> Movable:
+def revolved(profile: Implicit) -> Implicit:
     """Solid of revolution around z of any shape in the plane, whose points are (distance from the axis, z).
 
     Exact if the profile is, and lies off the axis or is symmetric about it.

@@ -15,6 +15,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from . import exact, sizing
+from .booleans import Boolean
 from .errors import GeometryWarning, RadiusError
 from .field import Field, sample
 from .grading import Size, as_length, constant
@@ -27,7 +28,6 @@ from .ops import Side as Face
 from .parallel import Progress, no_progress
 from .rsystems import R_1
 from .sizing import Engine
-from .transforms import Joined, Movable
 
 #: On which side of the surface the wall lies; "both" puts half of it on each.
 Side = Literal["inward", "outward", "both"]
@@ -163,7 +163,7 @@ def infill(
     return _carved(call, depth, 0.0, filling)
 
 
-def _carved(call: Call, inward: float, outward: float, filling: Movable | None) -> Implicit:
+def _carved(call: Call, inward: float, outward: float, filling: Implicit | None) -> Implicit:
     """Part grown outward, less the hollow: its core ``inward`` mm below the surface, but for a filling.
 
     Without a depth the filling itself, in the part. Faces that are to be left open would be joined to the hollow here.
@@ -183,11 +183,11 @@ def _carved(call: Call, inward: float, outward: float, filling: Movable | None) 
     if inward or outward:
         core: Implicit = exact.Shifted(part, -inward) if inward else part
         if filling is not None:
-            core = Joined(core, filling, union=False, second_sign=-1.0)
-        result = Joined(outer_part, core, union=False, second_sign=-1.0)
+            core = Boolean(core, filling, union=False, second_sign=-1.0)
+        result = Boolean(outer_part, core, union=False, second_sign=-1.0)
     else:
         assert filling is not None
-        result = Joined(part, filling, union=False)
+        result = Boolean(part, filling, union=False)
     result.spacing = call.spacing
     return result
 
@@ -203,7 +203,7 @@ def _negative(field: Field) -> Field:
     return Field(field.grid, -field.values, field.bounds)
 
 
-def _lattice(kind: Filling, cell: Size, wall: Size) -> Movable:
+def _lattice(kind: Filling, cell: Size, wall: Size) -> Implicit:
     """Lattice by its name."""
     if kind in get_args(Minimal):
         return tpms(kind, cell, wall)  # type: ignore[arg-type]

@@ -21,9 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import parallel
 from .errors import EmptyResultError, RadiusError
 from .grid import Grid
-from .implicit import FloatArray
+from .implicit import FloatArray, Implicit
 from .kernels.convolution import add_segments
-from .transforms import Movable
 
 Kernel = Literal["cauchy", "gauss"]
 
@@ -62,7 +61,7 @@ def convolution(
     kernel: Kernel = "cauchy",
     width: float | None = None,
     threads: int | None = None,
-) -> Movable:
+) -> Implicit:
     """Convolution surface of line segments.
 
     Parameters
@@ -115,7 +114,7 @@ def convolution(
     return Skeleton(ends, float(radius), shares, kernel, float(sigma), threads)
 
 
-class Skeleton(Movable):
+class Skeleton(Implicit):
     """Sum of kernels integrated along segments, less a threshold; :func:`convolution` makes it."""
 
     def __init__(

@@ -1,6 +1,6 @@
 """Transforms: moved, turned, scaled and mirrored shapes, as new Implicits.
 
-Shapes built from functions have them as methods (:class:`Movable`), the functions of this module take any Implicit.
+Every Implicit has them as methods.
 Moved, turned, mirrored and evenly scaled distances stay exact distances; unevenly scaled ones keep their Lipschitz
 constant only: their values are too small.
 """
@@ -8,58 +8,17 @@ constant only: their values are too small.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .booleans import Boolean
-from .implicit import FloatArray, Implicit, polished
-
-#: A direction: the name of an axis, or a vector of any length.
-Axis = str | Sequence[float] | FloatArray
+from .implicit import Axis, FloatArray, Implicit, polished
 
 #: Singular values that agree within this share make an even scaling: a composition of twenty turns loses 1e-15.
 _EVEN = 1e-12
 
 
-class Movable(Implicit):
-    """An Implicit with the transforms as methods, so that a part is one expression; so are its booleans."""
-
-    def __or__(self, other: Implicit) -> Movable:
-        """Union."""
-        return Joined(self, other, union=True)
-
-    def __and__(self, other: Implicit) -> Movable:
-        """Intersection."""
-        return Joined(self, other, union=False)
-
-    def __sub__(self, other: Implicit) -> Movable:
-        """Difference: this shape without the other."""
-        return Joined(self, other, union=False, second_sign=-1.0)
-
-    def moved(self, by: ArrayLike) -> Movable:
-        """Shape moved by a vector ``(D,)`` in mm; see :func:`moved`."""
-        return moved(self, by)
-
-    def turned(self, axis: Axis, degrees: float, about: ArrayLike | None = None) -> Movable:
-        """Shape turned about an axis; see :func:`turned`."""
-        return turned(self, axis, degrees, about)
-
-    def scaled(self, factor: ArrayLike, about: ArrayLike | None = None) -> Movable:
-        """Shape scaled by one factor, or by one for each axis; see :func:`scaled`."""
-        return scaled(self, factor, about)
-
-    def mirrored(self, normal: Axis, about: ArrayLike | None = None) -> Movable:
-        """Mirror image; see :func:`mirrored`."""
-        return mirrored(self, normal, about)
-
-
-class Joined(Boolean, Movable):
-    """A boolean of shapes, the first of which is movable, as a movable shape."""
-
-
-class Placed(Movable):
+class Placed(Implicit):
     """A shape in another frame: the points ``matrix @ y + shift`` for the points y of the parent.
 
     Values are those of the parent times the smallest factor by which the matrix stretches.
@@ -84,7 +43,7 @@ class Placed(Movable):
         self._inverse = np.linalg.inv(matrix)
         even = bool(factors.max() <= self._factor * (1 + _EVEN))
         self.exact_inside, self.exact_outside = even and parent.exact_inside, even and parent.exact_outside
-        self.lipschitz = parent.lipschitz
+        self.lipschitz, self.rough, self.bounded = parent.lipschitz, parent.rough, parent.bounded
         self.spacing = None if parent.spacing is None else self._factor * parent.spacing
         self.bounds = _box(matrix, parent.bounds) + shift
 

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .grading import Length
-from .implicit import FloatArray
-from .transforms import Movable
+from .implicit import FloatArray, Implicit
 
 #: Values and gradients of the function whose zero level is the middle of the wall.
 Level = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -33,7 +32,7 @@ ROUNDS = 20
 LONGEST, ON_SURFACE, STILL = 0.1, 1e-6, 1e-7
 
 
-class Wall(Movable):
+class Wall(Implicit):
     """Everything nearer to a surface than half a thickness.
 
     Parameters

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import cad_implicit as ci
 from cad_implicit.errors import GeometryWarning, RadiusError, SpacingError
-from cad_implicit.transforms import Movable, Placed
+from cad_implicit.transforms import Placed
 
 Points = NDArray[np.float64]
 
@@ -209,7 +209,7 @@ def test_flat_regions_are_flat(name: str) -> None:
 def test_fillets_of_primitives_are_exact() -> None:
     """A cylinder on a plate: the fillet is a torus."""
 
-    def placed(shape: Movable) -> Movable:
+    def placed(shape: ci.Implicit) -> ci.Implicit:
         return shape.turned((1, 2, 3), 25).moved((0.13, 0.37, 0.21))
 
     part = placed(ci.box((12, 12, 3)).moved((0, 0, -1.5)) | ci.cylinder(2.5, 8))
@@ -224,6 +224,28 @@ def test_fillets_of_primitives_are_exact() -> None:
     blend = (abs(rho - 3) < 0.48) & (abs(local[:, 2] - 0.5) < 0.48)
     assert blend.sum() > 300
     assert np.abs(np.hypot(rho[blend] - 3.5, local[blend, 2] - 1) - 1).max() < 1e-4 * 0.25
+
+
+def test_every_implicit_can_be_moved() -> None:
+    """Functions, meshes, fields and results have the transforms as methods, and booleans of them too."""
+    ball = ci.sphere(1.0)
+    mesh = ci.contour(ball, 0.2)
+    grid = ci.Grid.cover(ball.bounds, shape=20, margin=0.3)
+    shapes = (
+        ci.Function(ball, ball.bounds),
+        ci.MeshDistance(mesh),
+        ci.sample(ball, grid),
+        ci.fillet(mesh, 0.3, spacing=0.1),
+        ci.shell(ball, 0.2, spacing=0.1),
+    )
+    x = np.random.default_rng(0).uniform(-0.8, 0.8, (50, 3))
+    for shape in shapes:
+        there = shape.moved((5, 0, 0)).turned("z", 90).mirrored("y").scaled(2.0)
+        image = 2 * (x + [5, 0, 0])[:, [1, 0, 2]] * [-1, -1, 1]
+        assert np.abs(there(image) - 2 * shape(x)).max() < 1e-6
+        both = (shape | there) - ball
+        assert isinstance(both.moved((1, 0, 0)), Placed)
+        assert (there.bounded, there.rough) == (shape.bounded, shape.rough)
 
 
 def test_booleans_of_primitives_are_worked_on_exactly() -> None:

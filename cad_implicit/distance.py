@@ -168,7 +168,9 @@ class MeshDistance(Implicit):
 
 
 class Surface:
-    """Triangles of which only distances are asked, not signed: half the work to prepare, and they need not be closed.
+    """Triangles of which only distances are asked, not signed: a third of the work to prepare, and need not be closed.
+
+    They should be of similar size.
 
     Parameters
     ----------
@@ -180,7 +182,7 @@ class Surface:
     def __init__(self, mesh: Mesh, *, threads: int | None = None) -> None:
         self.mesh = mesh
         self._threads = threads
-        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False)
+        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False, even=True)
 
     def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Distances ``(N,)`` in mm and closest points ``(N, 3)`` for points ``(N, 3)``."""
@@ -283,12 +285,11 @@ def _doubts(mesh: Mesh, tree: Tree, count: int | None) -> str:
     centres = mesh.vertices[mesh.faces[tree.order[chosen]]].mean(axis=1)
     shift = normals[chosen] * (_OVERLAP_OFFSET * mesh.diagonal)
     with parallel.threads(count):
-        number = winding_numbers(tree, np.concatenate([centres - shift, centres + shift]))
-    behind, before = number[: len(chosen)], number[len(chosen) :]
+        behind = winding_numbers(tree, centres - shift)
     # A mesh that is inside out as a whole is consistent too: 0 behind and -1 before all of its triangles.
-    level = float(np.round(before[0]))
-    wrong = (abs(before - level) > _WINDING_TOLERANCE) | (abs(behind - level - 1) > _WINDING_TOLERANCE)
-    if level not in (0.0, -1.0) or wrong.any():
+    level = float(np.round(behind[0]))
+    wrong = abs(behind - level) > _WINDING_TOLERANCE
+    if level not in (1.0, 0.0) or wrong.any():
         share = 100 * max(float(wrong.mean()), 1 / len(chosen))
         return f"the mesh overlaps itself or has parts that are inside out ({share:.2g} % of its triangles)"
     return ""

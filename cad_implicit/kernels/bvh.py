@@ -72,8 +72,12 @@ class Tree(NamedTuple):
     exterior: int
 
 
-def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> Tree:
-    """Build the tree of triangles ``vertices[faces]``; without pseudonormals if only distances are asked for."""
+def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True, even: bool = False) -> Tree:
+    """Build the tree of triangles ``vertices[faces]``.
+
+    Without pseudonormals and dipoles if only distances are asked for; in less time for ``even`` triangles, all of
+    similar size.
+    """
     used = vertices[faces].reshape(len(faces), 9)
     low, high = used.reshape(-1, 3).min(axis=0), used.reshape(-1, 3).max(axis=0)
     diagonal = math.sqrt(float(((high - low) ** 2).sum()))
@@ -84,7 +88,7 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True) -> 
     a, b, c = corners[:, :3], corners[:, 3:6], corners[:, 6:]
     vectors = np.cross(b - a, c - a) / 2
     order = np.arange(len(faces), dtype=np.int32)
-    children, ranges, first = partition(_boxes(corners), order)
+    children, ranges, first = partition(_boxes(corners), order, even)
     corners, vectors = corners[order], vectors[order]
     if signed:
         normals, doubtful = pseudonormals(corners, faces[order], len(vertices))

@@ -25,7 +25,7 @@ _BINS = 12
 
 
 @jit
-def partition(boxes, order):
+def partition(boxes, order, even):
     """Sort triangles into nodes.
 
     Parameters
@@ -34,6 +34,8 @@ def partition(boxes, order):
         Low and high corner of each triangle's box.
     order : (F,) int32
         Triangles; sorted in place.
+    even : bool
+        Triangles are of similar size: planes are looked for across the widest axis only.
 
     Returns
     -------
@@ -50,11 +52,11 @@ def partition(boxes, order):
     stack = np.zeros((STACK, 3), np.int64)
     stack[0, 1] = len(order)
     waiting, count = 1, 1
-    scratch = np.zeros((_BINS, 6)), np.zeros(_BINS, np.int64), np.zeros(_BINS), np.zeros(6)
+    scratch = np.zeros((_BINS, 6)), np.zeros(_BINS, np.int64), np.zeros(_BINS), np.zeros(6), np.zeros(3), np.zeros(3)
     while waiting > 0:
         waiting -= 1
         node = stack[waiting, 2]
-        filled = _fill_node(boxes, order, ranges[node], stack[waiting, 0], stack[waiting, 1], scratch)
+        filled = _fill_node(boxes, order, ranges[node], stack[waiting, 0], stack[waiting, 1], even, scratch)
         for c in range(filled):
             start, stop = ranges[node, c]
             if stop - start <= LEAF:
@@ -74,7 +76,7 @@ def partition(boxes, order):
 
 
 @jit
-def _fill_node(boxes, order, own, start, stop, scratch):
+def _fill_node(boxes, order, own, start, stop, even, scratch):
     """Split a range into up to eight, the one with the largest box first; return their number."""
     size = np.zeros(WIDTH)
     own[0, 0], own[0, 1] = start, stop
@@ -88,7 +90,7 @@ def _fill_node(boxes, order, own, start, stop, scratch):
         if largest < 0:
             break
         start, stop = own[largest, 0], own[largest, 1]
-        middle = _split(boxes, order, start, stop, scratch)
+        middle = _split(boxes, order, start, stop, even, scratch)
         own[largest, 1] = own[filled, 0] = middle
         own[filled, 1] = stop
         size[largest] = _surface_of(boxes, order, start, middle, scratch[3])
@@ -98,22 +100,25 @@ def _fill_node(boxes, order, own, start, stop, scratch):
 
 
 @jit
-def _split(boxes, order, start, stop, scratch):
+def _split(boxes, order, start, stop, even, scratch):
     """Reorder a range so that a good split falls at the position returned."""
     best, best_axis, best_bin, best_low, best_width = math.inf, -1, 0, 0.0, 0.0
+    lowest, extent = scratch[4], scratch[5]
     widest, widest_axis = -1.0, 0
     for axis in range(3):
         low, high = math.inf, -math.inf
         for q in range(start, stop):
             key = boxes[order[q], axis] + boxes[order[q], 3 + axis]
             low, high = min(low, key), max(high, key)
+        lowest[axis], extent[axis] = low, high - low
         if high - low > widest:
             widest, widest_axis = high - low, axis
-        if high - low > 1e-14 and stop - start > 2 * LEAF:
-            width = (high - low) / _BINS * (1 + 1e-9)
-            cost, b = _best_plane(boxes, order, start, stop, axis, low, width, scratch)
+    for axis in range(3):
+        if extent[axis] > 1e-14 and stop - start > 2 * LEAF and (axis == widest_axis or not even):
+            width = extent[axis] / _BINS * (1 + 1e-9)
+            cost, b = _best_plane(boxes, order, start, stop, axis, lowest[axis], width, scratch)
             if cost < best:
-                best, best_axis, best_bin, best_low, best_width = cost, axis, b, low, width
+                best, best_axis, best_bin, best_low, best_width = cost, axis, b, lowest[axis], width
     if best_axis < 0:
         # halves, the left one made of full leaves
         middle = start + max(((stop - start) // 2 + LEAF // 2) // LEAF, 1) * LEAF
@@ -133,7 +138,7 @@ def _split(boxes, order, start, stop, scratch):
 @jit
 def _best_plane(boxes, order, start, stop, axis, low, width, scratch):
     """Cost of the best plane across an axis and the first bin right of it; infinite if none is balanced enough."""
-    bins, number, right, box = scratch
+    bins, number, right, box, _, _ = scratch
     number[:] = 0
     for b in range(_BINS):
         _clear(bins[b])

@@ -121,11 +121,13 @@ def polish_centres(
     for _ in range(problem.rounds):
         if len(active) == 0:
             break
-        active = problem.advance(active)
+        with parallel.threads(threads, parallel.QUERY * len(active)):
+            active = problem.advance(active)
     found = problem.settled | np.isfinite(problem.shortest)
     polished = centres + radius * problem.best
     if better is not None:
-        problem.correct(np.flatnonzero(found), better)
+        with parallel.threads(threads, parallel.QUERY * len(points)):
+            problem.correct(np.flatnonzero(found), better)
         polished = centres + radius * problem.best
         left = np.flatnonzero(~found)
         if len(left):

@@ -60,7 +60,7 @@ def blended(
     value : (N,) float64
     gradient : (N, 3) float64
     """
-    value, gradient = (array.copy() for array in part.value_and_gradient(points))
+    value, gradient = (array.copy() for array in polished(part, points))
     which, unsure, pushed = _cut(part, radius, spacing, points, value, gradient)
     distance, centre = centres.closest(points[which])
     change = distance - radius - value[which]
@@ -78,10 +78,6 @@ def blended(
     which, centre = which[keep], centre[keep]
     arm = points[which] - centre
     length = np.linalg.norm(arm, axis=1)
-    if better is not None:
-        unsure = np.ones(len(points), np.bool_)
-        unsure[which[length - radius > value[which] + _DOUBT * spacing]] = False
-        value[unsure], gradient[unsure] = better(points[unsure])
     filled = length - radius > value[which]
     which, arm, length = which[filled], arm[filled], length[filled]
     value[which] = length - radius

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import parallel
+from .creases import refine_creases
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
 from .kernels import crossings, flat, hermite, projection, qef
@@ -224,7 +225,7 @@ class _Run:
                 cells.cells, *cells.tables, *cells.edge_lookup, b.neighbours, cells.flat, foot, normal,
                 2 * PLANE_TOLERANCE * b.spacing, directions,
             )  # fmt: skip
-        self._project_sharp(position, mass, rank, planes, foot, normal)
+        self._project_sharp(position, mass, rank, planes, foot, normal, self.look)
         if not self.draft:
             self._project_smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
@@ -263,6 +264,7 @@ class _Run:
         planes: NDArray[np.int32],
         foot: FloatArray,
         normal: FloatArray,
+        look: Evaluate,
     ) -> None:
         """Move sharp vertices onto the crease; those that are not sharp become smooth (rank 1)."""
         h = self.bricks.spacing
@@ -276,7 +278,7 @@ class _Run:
             used = np.ones((len(pending), 3), np.bool_)
             used[:, 2] = rank[pending] == 3
             f, gradient = np.zeros((len(pending), 3)), np.zeros((len(pending), 3, 3))
-            f[used], gradient[used] = self.evaluate(probes[used], self.look, "vertices", 0.05 * number)
+            f[used], gradient[used] = self.evaluate(probes[used], look, "vertices", 0.05 * number)
             with self.kernels(len(pending)):
                 outcome = projection.step_sharp(
                     pending, probes, f, gradient, start, _REACH * h, _SHARP_TOLERANCE * h, rank, last_step, position
@@ -317,6 +319,17 @@ class _Run:
                 faces, _ = mesh_kernels.triangles(v.quads, normal, v.normal, v.position, v.rank)
             return Mesh(v.position, faces)
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.between)
-        result = Mesh(*triangulate(pieces, self.kernels))
+        position, faces, sharp = triangulate(pieces, self.kernels)
+        position, faces = refine_creases(position, faces, sharp, self._onto_crease, self.bricks.spacing, self.kernels)
         self.progress("triangles", 1.0)
-        return result
+        return Mesh(position, faces)
+
+    def _onto_crease(
+        self, points: FloatArray, normals: FloatArray, exactly: bool
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Move points onto the crease between faces of given normals (N, 2, 3); tell which ones could be."""
+        moved, rank = points.copy(), np.full(len(points), 2, np.int8)
+        planes = np.arange(2 * len(points), dtype=np.int32).reshape(-1, 2)
+        look = self.look if exactly else self.implicit.value_and_gradient
+        self._project_sharp(moved, points, rank, planes, points, normals.reshape(-1, 3), look)
+        return moved, rank == 2

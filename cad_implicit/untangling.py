@@ -84,7 +84,9 @@ class Pieces:
     between: NDArray[np.int32]
 
 
-def triangulate(pieces: Pieces, threads: Callable[[int], AbstractContextManager[None]]) -> tuple[FloatArray, Faces]:
+def triangulate(
+    pieces: Pieces, threads: Callable[[int], AbstractContextManager[None]]
+) -> tuple[FloatArray, Faces, NDArray[np.bool_]]:
     """Triangulate the quads, remove slivers, and see to it that no triangles run through each other.
 
     Parameters
@@ -98,6 +100,8 @@ def triangulate(pieces: Pieces, threads: Callable[[int], AbstractContextManager[
     vertices : (N, 3) float64
         The used ones.
     faces : (F, 3) int32
+    sharp : (N,) bool
+        Vertices on creases.
     """
     p = pieces
     step = np.zeros(len(p.position), np.int8)
@@ -117,8 +121,9 @@ def triangulate(pieces: Pieces, threads: Callable[[int], AbstractContextManager[
             break
         else:
             zone = everywhere
-    vertices, faces = slivers.compact(position, faces)
-    return vertices, faces
+    vertices, faces, kept = slivers.compact(position, faces)
+    sharp = np.concatenate([(p.rank > 1) & (step == 0), np.zeros(len(position) - len(p.rank), np.bool_)])
+    return vertices, faces, sharp[kept]
 
 
 @dataclass(frozen=True, eq=False)

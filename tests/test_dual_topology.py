@@ -127,7 +127,7 @@ def test_slivers_are_mended_without_changing_the_topology(seed: int) -> None:
     thin = Mesh(vertices, faces)
     facing = np.ascontiguousarray(-gradient)
     kept = slivers.remove_slivers(vertices, faces, facing, np.ones(len(vertices), np.int8), 0.1)
-    mended = Mesh(*slivers.compact(vertices, faces[kept]))
+    mended = Mesh(*slivers.compact(vertices, faces[kept])[:2])
     assert broken_edges(mended) == 0
     assert mended.genus == 0
     assert (smallest_angles(mended) < 2).sum() < 0.2 * (smallest_angles(thin) < 2).sum()

@@ -318,7 +318,7 @@ def remove_slivers(position, faces, facing, rank, spacing):
 
 @jit
 def compact(position, faces):
-    """Keep the used vertices (V, 3) in their order, and the faces (F, 3) with their new numbers."""
+    """Keep the used vertices (V, 3) in their order, the faces (F, 3) with new numbers; tell the old ones (V,)."""
     number = np.full(len(position), -1, np.int32)
     for t in range(len(faces)):
         for c in range(3):
@@ -329,11 +329,13 @@ def compact(position, faces):
             number[v] = n
             n += 1
     vertices = np.empty((n, 3))
+    kept = np.empty(n, np.int32)
     out = np.empty((len(faces), 3), np.int32)
     for v in range(len(position)):
         if number[v] >= 0:
             vertices[number[v]] = position[v]
+            kept[number[v]] = v
     for t in range(len(faces)):
         for c in range(3):
             out[t, c] = number[faces[t, c]]
-    return vertices, out
+    return vertices, out, kept

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blends import blended
-from .distance import MeshDistance, Surface
+from .centres import Centres, largest_ball
+from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
@@ -163,8 +164,7 @@ class Closing(Implicit):
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
         offset = Shifted(parent, radius) if parent.bounded else Shifted(complement(parent), -radius)
-        centres = dual_contour(offset, spacing, threads=threads, progress=progress, draft=True)
-        self._centres = Surface(centres, threads=threads)
+        self._centres = Centres(parent, offset, radius, spacing, threads=threads, progress=progress)
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return self.value_and_gradient(points)[0]
@@ -180,7 +180,10 @@ class Closing(Implicit):
 
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients from polished ball centres: for points of the result."""
-        return blended(self.parent, self._centres, self.radius, self.spacing, points, threads=self._threads)
+        surface = self._centres.surface
+        value, gradient = blended(self.parent, surface, self.radius, self.spacing, points, threads=self._threads)
+        self._centres.fill_tight(points, value, gradient)
+        return value, gradient
 
     def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the parent is linear, and around the pushed ball's centre too, so that the ball fits."""
@@ -212,7 +215,7 @@ class Closing(Implicit):
         """Numbers of the points that the closing may change, their distances from S and the nearest points of S."""
         which = np.flatnonzero(value > -self.radius)
         which = which[self.parent.within(self._pushed(x, value, gradient, which), self.radius - self._slack)]
-        distance, centre = self._centres.closest(x[which])
+        distance, centre = self._centres.surface.closest(x[which])
         return which, distance, centre
 
     def _set(
@@ -310,9 +313,11 @@ def opening(
     try:
         return complement(Closing(complement(part), radius, spacing, threads=threads, progress=progress))
     except EmptyResultError:
+        fits, centre = largest_ball(part)
+        place = ", ".join(f"{x:.4g}" for x in centre)
         raise EmptyResultError(
             f"nothing is left: the part is nowhere {2 * radius:g} mm thick, so no ball of radius {radius:g} mm fits "
-            "inside; use a smaller radius"
+            f"inside; the largest that does has a radius of {fits:.6g} mm, around ({place}) mm: use a smaller one"
         ) from None
 
 

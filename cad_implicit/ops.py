@@ -32,11 +32,14 @@ from .sizing import Engine
 from .thickness import thin_spots
 from .transforms import Placed
 
-#: Layers of ball centres thinner than this many spacings may be lost between the nodes.
+#: Layers of ball centres thinner than this many spacings may be lost between the nodes of a regular grid.
 _RESOLVED = 1.5
 
-#: Widths within this share of twice the radius count as equal to it.
+#: Widths within this share of twice the radius count as equal to it, …
 _TOUCHING = 1e-4
+
+#: … and, for the exact engine, within this many spacings: facets take as much.
+_FACETS = 0.02
 
 #: What an operation takes: an Implicit, a Mesh, or whatever ``to_mesh`` reads.
 Shape = object
@@ -230,26 +233,32 @@ class Call:
     def _check_medial_axis(self, mesh: Mesh, sides: tuple[Side, ...]) -> None:
         """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1.
 
-        A ball that barely fits is told too: the ball's centres there fill a layer that the grid does not resolve.
+        With a regular grid, a ball that barely fits is told too: the balls' centres there fill a layer that the grid
+        does not resolve.
         """
+        regular = self.engine == "reinit"
+        doubt = _RESOLVED / 2 * self.spacing if regular else 0.0
+        touching = 2 * self.radius * _TOUCHING + (0.0 if regular else _FACETS * self.spacing)
         for side in sides:
-            spot = thin_spots(mesh, self.radius + _RESOLVED / 2 * self.spacing, side, threads=self.threads)
+            spot = thin_spots(mesh, self.radius + doubt, side, threads=self.threads)
             if spot is None:
                 continue
             place = ", ".join(f"{x:.4g}" for x in spot.place)
             what, fate = ("material", "is removed") if side == "inside" else ("a gap", "is closed")
             where = f"{what} {spot.thickness:.4g} mm wide at ({place}) mm"
-            if spot.thickness < 2 * self.radius * (1 - _TOUCHING):
+            if spot.thickness < 2 * self.radius - touching:
                 message = (
                     f"{where} is narrower than twice the radius {self.radius:g} mm and {fate} there; "
                     f"the largest radius that keeps it is {spot.safe_radius:.4g} mm"
                 )
-            else:
+            elif regular:
                 message = (
                     f"{where} is so near to twice the radius {self.radius:g} mm that the result may be wrong there "
                     f"at a spacing of {self.spacing:.3g} mm; use a radius up to "
-                    f"{spot.safe_radius - _RESOLVED / 2 * self.spacing:.4g} mm, or a smaller spacing"
+                    f"{spot.safe_radius - doubt:.4g} mm, or a smaller spacing"
                 )
+            else:
+                continue
             warnings.warn(message, GeometryWarning, stacklevel=4)
 
 

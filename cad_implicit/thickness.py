@@ -71,6 +71,7 @@ def thin_spots(
     side: Literal["inside", "outside"] = "inside",
     *,
     samples: int = 5000,
+    tree: Tree | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
 ) -> ThinSpot | None:
@@ -85,6 +86,8 @@ def thin_spots(
         Whether to look at walls (for rounding) or at gaps (for filleting).
     samples : int
         Number of points of the surface to look at.
+    tree : Tree, optional
+        Of the mesh's triangles, if there is one already.
     threads : int, optional
         Number of threads; all cores by default.
     progress : callable
@@ -102,7 +105,7 @@ def thin_spots(
     progress("thickness", 0.0)
     outward = 1.0 if side == "inside" else -1.0
     points, normals = _samples(mesh, samples, outward)
-    tree = build_tree(mesh.vertices, mesh.faces, signed=False)
+    tree = tree or build_tree(mesh.vertices, mesh.faces, signed=False)
     length = np.linalg.norm(mesh.face_vectors, axis=1)
     faces = outward * mesh.face_vectors / np.where(length > 0, length, 1.0)[:, None]
     reach, contacts, directions = _shrink(tree, points, outward * normals, faces, radius, threads, progress)

@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blends import blended
-from .centres import Centres, largest_ball
+from .centres import Centres
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
+from .inscribed import largest_ball
 from .parallel import Progress, no_progress
 
 #: Largest distance between result and truth: facets of vertices that lie on a blend miss it by their sagitta, this many

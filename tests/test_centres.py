@@ -14,9 +14,9 @@ from manifold3d import Manifold
 from numpy.typing import NDArray
 
 import cad_implicit as ci
-from cad_implicit import centres
 from cad_implicit.errors import EmptyResultError
 from cad_implicit.exact import Closing, opening
+from cad_implicit.inscribed import largest_ball
 
 Points = NDArray[np.float64]
 R, H = 2.0, 0.4
@@ -122,7 +122,7 @@ def test_holes_as_wide_as_the_ball_stay_as_they_are(room: float) -> None:
     near = np.random.default_rng(3).uniform(-1, 1, (5000, 3)) * [R + H, R + H, 4]
     near = near[np.hypot(near[:, 0], near[:, 1]) > R - H] @ shapes.TURN.T + shapes.SHIFT
     # Not polished: facets count, and the layer of centres is contoured by chords.
-    assert np.abs(shape(near) - distance(near)).max() < 0.15 * H
+    assert np.abs(shape(near) - distance(near)).max() < 0.25 * H
 
 
 @pytest.mark.parametrize("room", [0.0, 0.1, 0.7])
@@ -165,7 +165,7 @@ def test_where_nothing_fits_the_largest_ball_is_told() -> None:
     part = part_of(box([9, 7, 1.5]) + shapes.box([2, 2, -1.75], [7, 7, 1.75]), True)
     with pytest.raises(EmptyResultError, match=r"nowhere 4 mm thick.* has a radius of 1\.7\d* mm, around"):
         ci.round(part, R, spacing=H)
-    fits, place = centres.largest_ball(ci.MeshDistance(part))
+    fits, place = largest_ball(ci.MeshDistance(part))
     assert fits == pytest.approx(1.75, rel=1e-6)
     assert local(np.array([place]), True)[0, 2] == pytest.approx(0, abs=1e-5)
     assert ci.contour(ci.round(part, fits, spacing=H)).volume > 0

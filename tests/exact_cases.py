@@ -127,6 +127,8 @@ def square_boss(r: float) -> Case:
         foot[rows, axis[rows]] = np.sign(x[rows, axis[rows]]) * half
         arm = x[:, :2] - foot
         arm[rows] = foot[rows] - x[rows, :2]
+        on_edge = ~arm.any(axis=1)  # the fillet ends in a cusp on the vertical edge
+        arm[on_edge] = np.sign(foot[on_edge])
         arm /= np.maximum(np.linalg.norm(arm, axis=1), 1e-300)[:, None]
         return np.column_stack([foot + r * arm, np.full(len(x), r)])
 

@@ -21,6 +21,8 @@ pytestmark = pytest.mark.host
         Run("tangent_boss", "round", 1.0, 96, 0.989, 10),
         Run("steinmetz", "round", 1.0, 64, 0.991, 12),
         Run("cube_to_sphere", "round", 2.5, 40, 0.859, 6),
+        Run("cube_to_sphere", "round", 5.0, 48, 0.5236, 6),
+        Run("tall_stadium", "round", 25.0, 48, 0.6625, 7),
         Run("two_blocks", "offset", 1.0, 48),
     ],
     ids=lambda run: f"{run.part}-{run.operation}-{run.amount:g}",

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import shapes
+import trimesh
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
@@ -86,6 +87,51 @@ def test_walls_as_thick_as_the_ball(kind: str, room: float, turned: bool) -> Non
     assert len(truth) > 200
     placed = shapes.placed(truth) if turned else truth + shapes.SHIFT
     assert ci.MeshDistance(result).unsigned(placed).max() < CHORD * H**2 / R
+
+
+def chamfered() -> Manifold:
+    """Cube of side 10 with round vertical edges of radius 1 and a chamfer as large below, which comes to points."""
+    angle = np.arange(360) * np.pi / 180
+    corner = np.sign(np.round(np.cos(angle + np.pi / 4e3), 9)), np.sign(np.round(np.sin(angle + np.pi / 4e3), 9))
+    outline = np.stack([4 * corner[0] + np.cos(angle), 4 * corner[1] + np.sin(angle)], axis=1)
+    low = [[x, y, 0.0] for x in (-4, 4) for y in (-4, 4)]
+    points = np.concatenate([low, *(np.column_stack([outline, np.full(360, z)]) for z in (1.0, 10.0))])
+    return Manifold.hull_points(points.astype(np.float32))
+
+
+def steiner(room: Manifold, radius: float) -> float:
+    """Volume of all that balls with their centres in a convex body sweep."""
+    raw = room.to_mesh64()
+    body = trimesh.Trimesh(np.asarray(raw.vert_properties)[:, :3], np.asarray(raw.tri_verts), process=False)
+    sheets = body.area * radius + body.integral_mean_curvature * radius**2
+    return float(body.volume + sheets + 4 / 3 * np.pi * radius**3)
+
+
+ROOT = np.sqrt(2)
+CASES = {
+    "cube to sphere": (box([5, 5, 5]), 5.0, 4 / 3 * np.pi * 125),
+    "nearly": (box([5, 5, 5]), 4.999, steiner(box([0.001] * 3), 4.999)),
+    "stadium": (box([25, 40, 30]), 25.0, 50 * 300 + np.pi * 625 * 40 + 4 / 3 * np.pi * 25**3),
+    "nearly a stadium": (box([25, 40, 30]), 24.99, steiner(box([0.01, 15.01, 5.01]), 24.99)),
+    "chamfered": (
+        chamfered(), 1.0,
+        steiner(
+            Manifold.hull_points(np.array(
+                [[x, y, z] for z, b in ((1, 5 - ROOT), (ROOT, 4), (9, 4)) for x in (-b, b) for y in (-b, b)], np.float32
+            )), 1.0,
+        ),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_volumes_of_parts_that_exact_kernels_fail_on(name: str) -> None:
+    shape, radius, volume = CASES[name]
+    h = radius / 5
+    result = ci.contour(ci.round(part_of(shape, True), radius, spacing=h))
+    assert result.is_watertight
+    # Chords of hollow balls lie inside.
+    assert -1e-4 * volume < volume - result.volume < CHORD * h**2 / radius * result.area
 
 
 @pytest.mark.parametrize("room", [-1e-9, 1e-12])

@@ -49,6 +49,10 @@ class SpacingError(CadImplicitError):
     """A grid spacing or tolerance is not a positive finite number, or does not fit the part."""
 
 
+class SelectorError(CadImplicitError):
+    """A selector of edges or faces cannot be read, or selects nothing."""
+
+
 class MemoryLimitError(CadImplicitError):
     """The work would need more memory than there is; the message names the spacing that fits."""
 

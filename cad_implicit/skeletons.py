@@ -23,6 +23,7 @@ from .errors import EmptyResultError, RadiusError
 from .grid import Grid
 from .implicit import FloatArray, Implicit
 from .kernels.convolution import add_segments
+from .kernels.line_sums import sum_cauchy
 
 Kernel = Literal["cauchy", "gauss"]
 
@@ -147,6 +148,9 @@ class Skeleton(Implicit):
         x = np.ascontiguousarray(points, np.float64)
         values, gradients = np.zeros(len(x)), np.zeros((len(x) if slopes else 0, 3))
         with parallel.threads(self._threads):
+            if not slopes and self._kernel == "cauchy":
+                sum_cauchy(x, self._starts, self._axes, self._lengths, self._weights, self._width, values)
+                return self._scale * (values - self._threshold), gradients
             add_segments(
                 x, self._starts, self._axes, self._lengths, self._weights, self._width, self._kernel == "gauss",
                 values, gradients,

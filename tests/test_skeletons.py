@@ -139,3 +139,12 @@ def test_bad_input() -> None:
             ci.convolution(BONE, radius, width=width)
     with pytest.raises(EmptyResultError, match="too short"):
         ci.convolution([[[0, 0, 0], [0, 0, 0.2]]], 1.0)
+
+
+@pytest.mark.nojit
+def test_values_alone_are_those_beside_gradients() -> None:
+    """The same integrals, also beside the ends, on the axis, far off, and past a block of points."""
+    bone = ci.convolution(BONE, 1.5, weights=WEIGHTS, width=1.1)
+    special = [*BONE.reshape(-1, 3), *BONE.mean(axis=1), 3 * BONE[0, 1] - 2 * BONE[0, 0], [1e9, -3e8, 2.0]]
+    x = np.concatenate([np.random.default_rng(0).uniform(-12, 12, (270, 3)), special])
+    assert np.abs(bone(x) - bone.value_and_gradient(x)[0]).max() < 1e-13

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import parallel
 from .errors import SpacingError
 from .grid import Grid
 from .implicit import FloatArray, Implicit
 from .parallel import Progress, no_progress
 
-#: Nodes evaluated at a time: bounds the memory of the point array to about 50 MB.
-_SLAB_NODES = 2_000_000
+#: Nodes evaluated at a time, in slabs, so that their points stay in the cache: a union of two boxes by R-functions on
+#: 128³ nodes takes 1.3 s with 2 million, 0.47 s with 262,000, 0.40 s with 66,000.
+_SLAB_NODES = 1 << 17
 
 
 class Field(Implicit):
@@ -53,24 +55,31 @@ class Field(Implicit):
         self.lipschitz = lipschitz
 
     def __call__(self, points: ArrayLike) -> FloatArray:
-        from scipy.ndimage import map_coordinates
-
-        x = np.asarray(points, np.float64)
-        low, high = self.grid.bounds
-        inside = np.clip(x, low, high)
-        index = (inside - low) / self.grid.spacing
-        value = map_coordinates(self.values, index.T, output=np.float64, order=1, mode="nearest")
-        return np.asarray(value - np.linalg.norm(x - inside, axis=1), np.float64)
+        return self._look(points, slopes=False)[0]
 
     def gradient(self, points: ArrayLike) -> FloatArray:
         """Gradients ``(N, D)`` of the interpolation, by central differences half a spacing to each side."""
+        return self._look(points, slopes=True)[1]
+
+    def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Values ``(N,)`` and gradients ``(N, D)``."""
+        return self._look(points, slopes=True)
+
+    def _look(self, points: ArrayLike, *, slopes: bool) -> tuple[FloatArray, FloatArray]:
+        from .kernels.interpolation import interpolate
+
+        missing = 3 - self.grid.dim
         x = np.asarray(points, np.float64)
-        out = np.zeros_like(x)
-        for axis, step in enumerate(self.grid.spacing):
-            shift = np.zeros(x.shape[1])
-            shift[axis] = step / 2
-            out[:, axis] = (self(x + shift) - self(x - shift)) / step
-        return out
+        if missing:
+            x = np.pad(x, ((0, 0), (missing, 0)))
+        values, gradients = np.zeros(len(x)), np.zeros((len(x) if slopes else 0, 3))
+        origin, spacing = (0.0,) * missing + self.grid.origin, (1.0,) * missing + self.grid.spacing
+        with parallel.threads(items=len(x)):
+            interpolate(
+                np.ascontiguousarray(self.values).reshape((1,) * missing + self.grid.shape),
+                origin, spacing, np.ascontiguousarray(x), values, gradients,
+            )  # fmt: skip
+        return values, gradients[:, missing:]
 
     def shifted(self, amount: float) -> Field:
         """Field on the same grid whose values are larger by ``amount`` mm: an offset, if they are distances (4.1)."""

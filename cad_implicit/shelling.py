@@ -17,7 +17,7 @@ import numpy as np
 from . import exact, sizing
 from .booleans import Boolean
 from .errors import GeometryWarning, RadiusError
-from .field import Field, sample
+from .field import Field
 from .grading import Size, as_length, constant
 from .grid import Grid
 from .implicit import Implicit
@@ -26,7 +26,6 @@ from .minimal import Minimal, tpms
 from .ops import Call, Shape, as_implicit
 from .ops import Side as Face
 from .parallel import Progress, no_progress
-from .rsystems import R_1
 from .sizing import Engine
 
 #: On which side of the surface the wall lies; "both" puts half of it on each.
@@ -41,6 +40,12 @@ _HOLLOW_NODES, _HOLLOW_ROUNDS = 24, 4
 #: Walls thinner than this many spacings may be torn: the shell of a turned box has holes from 1.2 down by ``reinit``,
 #: from 0.9 down by ``exact``; the wall of a gyroid from 0.9 down.
 _RESOLVED = 1.5
+
+#: Spacings outside the part up to which its lattice is sampled: where neither reaches zero, values need not be right.
+_BEYOND = 2.0
+
+#: Nodes at which a lattice is evaluated at a time.
+_CHUNK = 1 << 17
 
 #: The default spacing puts this many cells into the walls of an infill.
 _CELLS_PER_WALL = 3.0
@@ -104,7 +109,7 @@ def infill(
     cell: Size,
     wall: Size,
     *,
-    kind: Filling = "gyroid",
+    kind: Filling | Implicit = "gyroid",
     skin: float | None = None,
     spacing: float | None = None,
     tolerance: float | None = None,
@@ -121,9 +126,10 @@ def infill(
         Period of the lattice in mm; :func:`cad_implicit.graded` makes it denser near a surface. Not graded for struts.
     wall : float or callable
         Thickness of the lattice's walls, or diameter of its struts, in mm.
-    kind : str
+    kind : str or Implicit
         "gyroid", "schwarz_p", "diamond" or "iwp" (:func:`cad_implicit.tpms`), "cubic", "bcc", "fcc" or "octet"
-        (:func:`cad_implicit.strut_lattice`), "rods" or "cells" (:func:`cad_implicit.slab_lattice`).
+        (:func:`cad_implicit.strut_lattice`), "rods" or "cells" (:func:`cad_implicit.slab_lattice`); or a lattice of
+        your own, an Implicit, for which ``wall`` tells how fine it is.
     skin : float, optional
         Thickness of the shell in mm; that of the walls by default, and 0 for none.
     spacing : float, optional
@@ -170,14 +176,7 @@ def _carved(call: Call, inward: float, outward: float, filling: Implicit | None)
     """
     faces: tuple[Face, ...] = ("inside", "outside") if inward and outward else ("outside",) if outward else ("inside",)
     if call.engine == "reinit":
-        phi = call.field(faces, check=False)
-        if not bool((phi.values > inward).any()):
-            raise _no_hollow(inward)
-        hollow = phi.shifted(-inward)
-        if filling is not None:
-            lattice = sample(filling, phi.grid, progress=call.progress)
-            hollow = _less(hollow, lattice) if inward else _negative(lattice)
-        return _less(phi.shifted(outward), hollow)
+        return carved(call.field(faces, check=False), inward, outward, filling)
     part = call.distance(faces, check=False)
     outer_part: Implicit = exact.Shifted(part, outward) if outward else part
     if inward or outward:
@@ -192,19 +191,55 @@ def _carved(call: Call, inward: float, outward: float, filling: Implicit | None)
     return result
 
 
+def carved(phi: Field, inward: float, outward: float = 0.0, filling: Implicit | None = None) -> Field:
+    """Carve out a field of distances: a wall ``inward`` mm deep and ``outward`` mm high, and a filling in the hollow.
+
+    Without a depth, the filling itself within the part.
+
+    Raises
+    ------
+    RadiusError
+        If nothing lies deeper than the wall.
+    """
+    if not bool((phi.values > inward).any()):
+        raise _no_hollow(inward)
+    hollow = phi.shifted(-inward)
+    if filling is not None:
+        lattice = _sampled_inside(filling, phi, inward)
+        hollow = _less(hollow, lattice) if inward else _negative(lattice)
+    return _less(phi.shifted(outward), hollow)
+
+
 def _less(first: Field, second: Field) -> Field:
-    """First field without the second, by the R-function that keeps distances distances near the surface."""
-    a, b = (np.asarray(field.values, np.float64) for field in (first, second))
-    values = R_1.join(a, -b, -1.0)[0].astype(first.values.dtype)
-    return Field(first.grid, values, first.bounds, lipschitz=1.0)
+    """First field without the second, by the R-function of the system R_1, which keeps distances near the surface."""
+    return Field(first.grid, np.minimum(first.values, -second.values), first.bounds, lipschitz=1.0)
+
+
+def _sampled_inside(filling: Implicit, phi: Field, skin: float) -> Field:
+    """Lattice on the nodes of a part's distance where the result depends on it; elsewhere a value that changes nothing.
+
+    Up to half the skin's depth the nearest surface is the part's own; without a skin, it is outside.
+    """
+    within = phi.values > (skin / 2 if skin else -_BEYOND * max(phi.grid.spacing))
+    low, high = phi.grid.bounds
+    nothing = float(np.linalg.norm(high - low)) * (-1 if skin else 1)
+    values, axes = np.full(phi.grid.size, nothing, phi.values.dtype), phi.grid.axes()
+    which = np.flatnonzero(within)
+    for start in range(0, len(which), _CHUNK):
+        nodes = which[start : start + _CHUNK]
+        places = np.unravel_index(nodes, phi.grid.shape)
+        values[nodes] = filling(np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1))
+    return Field(phi.grid, values.reshape(phi.grid.shape), phi.bounds)
 
 
 def _negative(field: Field) -> Field:
     return Field(field.grid, -field.values, field.bounds)
 
 
-def _lattice(kind: Filling, cell: Size, wall: Size) -> Implicit:
-    """Lattice by its name."""
+def _lattice(kind: Filling | Implicit, cell: Size, wall: Size) -> Implicit:
+    """Lattice by its name, or the one that is given."""
+    if isinstance(kind, Implicit):
+        return kind
     if kind in get_args(Minimal):
         return tpms(kind, cell, wall)  # type: ignore[arg-type]
     if kind in get_args(Crystal):

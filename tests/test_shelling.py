@@ -165,3 +165,25 @@ def test_bad_input() -> None:
         ci.shell(ci.plane("z"), 1.0)
     with pytest.warns(GeometryWarning, match="too thin for a spacing of 0.6 mm"):
         ci.shell(part, 0.5, spacing=0.6)
+
+
+@pytest.mark.parametrize("skin", [0.0, 0.6])
+def test_lattice_is_sampled_only_where_it_counts(skin: float) -> None:
+    """The result is that of sampling it everywhere, to the sign of every node and the value next to the surface."""
+    ball, wall = ci.sphere(4.0), 0.5
+    lattice = ci.tpms("gyroid", 3.0, wall)
+    sparse = ci.infill(ball, 3.0, wall, kind=lattice, skin=skin, spacing=0.2, engine="reinit")
+    assert isinstance(sparse, ci.Field)
+    phi = ball(sparse.grid.nodes())
+    everywhere = lattice(sparse.grid.nodes())
+    whole = np.minimum(phi, np.maximum(skin - phi, everywhere) if skin else everywhere)
+    near = np.abs(whole) < 0.3
+    assert (np.sign(sparse.values.ravel()) == np.sign(whole))[np.abs(whole) > 0.01].all()
+    assert np.abs(sparse.values.ravel() - whole)[near & (phi > -0.3)].max() < 0.03
+
+
+def test_a_lattice_of_your_own() -> None:
+    lattice = ci.slab_lattice(2.0, 0.4) | ci.strut_lattice("bcc", 2.0, 0.4)
+    filled = ci.infill(ci.box((4, 4, 4)), 2.0, 0.4, kind=lattice, skin=0.3, spacing=0.1)
+    x = np.random.default_rng(0).uniform(-1.6, 1.6, (500, 3))
+    assert ((filled(x) > 0) == (lattice(x) > 0)).all()

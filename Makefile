@@ -7,10 +7,14 @@ VENV := .venv
 VENV_B123D := .venv-build123d
 PIP := -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint test-cadquery test-build123d test-nojit bench clean
+# make paper  the paper's examples, tables and figures on one page, paper/paper.html
+.PHONY: demo paper test lint test-cadquery test-build123d test-nojit bench clean
 
 demo: $(VENV)/ready
 	$(VENV)/bin/cad-implicit demo -o demo
+
+paper: $(VENV)/ready
+	$(VENV)/bin/python -m validation.paper -o paper
 
 test: lint test-nojit test-build123d test-cadquery
 

@@ -1,0 +1,1 @@
+"""The tables, figures and examples of the paper, run and set beside its own: ``python -m validation.paper``."""

@@ -55,7 +55,7 @@ Simplify = Annotated[
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
-Force = Annotated[bool, typer.Option("--force", help="Go past refusals (lost pieces, size), never past memory.")]
+Force = Annotated[bool, typer.Option("--force", help="Go past refusals (lost pieces, size, leaks), never past memory.")]
 
 
 @app.command()
@@ -244,11 +244,13 @@ def _work(
 def _summary(outcome: Outcome, output: Path) -> None:
     before, after = outcome.before, outcome.mesh
     change = after.volume - before.volume
+    bound = outcome.error_bound
+    error = "error not known" if bound is None else f"error at most about {bound:.3g} mm"
     typer.echo(
         f"{output}: {outcome.operation} {outcome.amount:g} mm, spacing {outcome.spacing:.4g} mm, "
         f"{len(after.faces)} triangles, {'closed' if after.is_watertight else 'NOT CLOSED'}, "
-        f"volume {before.volume:.6g} -> {after.volume:.6g} mm³ ({change:+.4g}), error at most about "
-        f"{outcome.error_bound:.3g} mm, {sum(outcome.seconds.values()):.2f} s"
+        f"volume {before.volume:.6g} -> {after.volume:.6g} mm³ ({change:+.4g}), {error}, "
+        f"{sum(outcome.seconds.values()):.2f} s"
     )
     for warning in outcome.warnings:
         typer.echo(f"warning: {warning}", err=True)

@@ -17,7 +17,7 @@ from . import ops, sizing
 from .cad import open_part
 from .contouring import contour
 from .distance import MeshDistance
-from .errors import GeometryWarning, RefusedError, SpacingError
+from .errors import GeometryWarning, OpenMeshError, RefusedError, SpacingError
 from .field import Field, sample
 from .implicit import Implicit
 from .mesh import Mesh
@@ -48,8 +48,8 @@ class Outcome:
         Wall time by stage.
     warnings : list of str
         What differs from what a user may expect.
-    error_bound : float
-        Largest expected distance in mm between the mesh and the true result.
+    error_bound : float or None
+        Largest expected distance in mm between the mesh and the true result; None if the part leaks.
     """
 
     operation: str
@@ -59,7 +59,7 @@ class Outcome:
     mesh: Mesh
     before: Mesh
     spacing: float
-    error_bound: float
+    error_bound: float | None
     seconds: dict[str, float]
     warnings: list[str] = dataclasses.field(default_factory=list)
 
@@ -120,7 +120,7 @@ def run(
     simplify : float, optional
         Collapse edges of the result within this tolerance in mm.
     force : bool
-        Go past refusals (lost pieces, size), never past memory.
+        Go past refusals (lost pieces, size, parts that leak), never past memory.
     threads : int, optional
         Default: all cores.
     progress : callable
@@ -150,11 +150,12 @@ def run(
             bounds, abs(amount), engine=engine, spacing=spacing, tolerance=tolerance, margin=margin
         )
         with clock.stage("mesh"):
-            before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h).require_closed()
+            before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
+            leak = _leak(before, force=force)
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function = ops.offset if operation == "offset" else ops.BLENDS[operation]
-            part_distance = MeshDistance(before, threads=threads)
+            part_distance = MeshDistance(before, sign="winding" if leak else "auto", threads=threads)
             result = function(part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress)
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)
@@ -163,12 +164,36 @@ def run(
                 mesh = simplified(mesh, simplify)
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
-            notes = thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
+            notes = leak + thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-    bound = sizing.error_bound(h, abs(amount), engine) + (simplify or 0.0)
+    bound = None if leak else sizing.error_bound(h, abs(amount), engine) + (simplify or 0.0)
     return Outcome(operation, float(amount), engine, result, mesh, before, h, bound, clock.seconds, notes)
+
+
+def _leak(part: Mesh, *, force: bool) -> list[str]:
+    """Tell what becomes of a part that is not closed; nothing if it is.
+
+    Raises
+    ------
+    OpenMeshError
+        If it is not, unless forced.
+    """
+    try:
+        part.require_closed()
+    except OpenMeshError as error:
+        if force:
+            return [
+                f"the part is not closed: {error.open_edges} edges of its mesh are open or shared by more than two "
+                "triangles; inside and outside were told apart by winding numbers, its holes were closed by guess, and "
+                "the error bound does not hold"
+            ]
+        advice = "; or use --force to have its holes closed by guess, with no bound on the error"
+        if part.source.get("kind") == "brep":
+            advice += ". The part itself is invalid: where a union in CadQuery made it so, try clean=False there"
+        raise OpenMeshError(f"{error}{advice}", error.open_edges) from None
+    return []
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:
@@ -199,7 +224,7 @@ def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: 
         notes.append(f"{before.components} separate pieces became {after.components}: gaps between them were filled")
     elif lost < 0:
         notes.append(f"the part fell into {after.components} pieces (it was {before.components})")
-    if before.genus != after.genus:
+    if before.is_watertight and before.genus != after.genus:
         notes.append(f"the number of through holes changed from {before.genus} to {after.genus}")
     return notes
 

@@ -107,6 +107,17 @@ def test_summary_and_info_and_compare(notch: Path, tmp_path: Path) -> None:
     assert "volume" in cli("info", notch).stdout
 
 
+def test_a_part_that_leaks_needs_force(tmp_path: Path) -> None:
+    block = shapes.notch(90, 20)
+    ci.save(ci.Mesh(block.vertices, block.faces[1:]), tmp_path / "in.ply")
+    common = ("fillet", tmp_path / "in.ply", "-r", 2, "--spacing", 0.8, "-o", tmp_path / "out.ply")
+    failed(cli(*common), tmp_path, "--force")
+    done = cli(*common, "--force", "--json")
+    assert json.loads(done.stdout)["error_bound"] is None
+    assert ci.to_mesh(tmp_path / "out.ply").is_watertight
+    assert "error not known" in cli(*common, "--force").stdout
+
+
 def test_simplified_result(notch: Path, tmp_path: Path) -> None:
     full, fewer = (tmp_path / f"{name}.ply" for name in ("full", "fewer"))
     common = ("fillet", notch, "-r", 2, "--spacing", 0.8, "--json")

@@ -71,10 +71,24 @@ def test_refusals_and_errors(engine: Engine) -> None:
         ci.run(thin, "round", 2, spacing=0.5, engine=engine)
     with pytest.raises(RadiusError, match="too large"):
         ci.run(plate, "round", 30, engine=engine)
-    with pytest.raises(OpenMeshError, match="3 of"):
-        ci.run(ci.Mesh(plate.vertices, plate.faces[1:]), "round", 1, engine=engine)
     with pytest.raises(ValueError, match="must be one of fillet"):
         ci.run(plate, "sand", 1)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_part_that_leaks_is_refused_unless_forced(engine: Engine) -> None:
+    block = shapes.as_mesh(shapes.box([0, 0, 0], [12, 10, 8]) - shapes.box([-1, -1, 4], [4, 11, 9]))
+    cut = block.vertices[block.faces].mean(axis=1)
+    kept = np.linalg.norm(cut - cut[0], axis=1) > 1e-9  # one triangle is missing
+    leaky = ci.Mesh(block.vertices, block.faces[kept])
+    with pytest.raises(OpenMeshError, match=r"3 of .* or use --force to have its holes closed by guess, with no bound"):
+        ci.run(leaky, "fillet", 1, spacing=0.4, engine=engine)
+    outcome = ci.run(leaky, "fillet", 1, spacing=0.4, engine=engine, force=True)
+    figures = json.loads(json.dumps(outcome.as_dict()))
+    assert figures["error_bound"] is None
+    assert any("3 edges" in note and "winding numbers" in note for note in figures["warnings"])
+    assert outcome.mesh.is_watertight
+    assert outcome.mesh.volume == pytest.approx(block.volume + (1 - np.pi / 4) * 10, rel=0.05)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

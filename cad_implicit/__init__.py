@@ -50,6 +50,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .cad import save as save
     from .cad import to_mesh as to_mesh
+    from .cad.edges import Edge as Edge
+    from .cad.edges import edges as edges
     from .comparison import compare as compare
     from .contouring import contour as contour
     from .contouring import contour_curves as contour_curves
@@ -108,6 +110,7 @@ __version__ = "0.1.0"
 
 #: Public names and the modules they live in; imported when first used, so that ``import cad_implicit`` costs nothing.
 _HOMES = {
+    "Edge": "cad.edges",
     "Field": "field",
     "Function": "implicit",
     "Grid": "grid",
@@ -128,6 +131,7 @@ _HOMES = {
     "contour_curves": "contouring",
     "convolution": "skeletons",
     "cylinder": "shapes",
+    "edges": "cad.edges",
     "ellipsoid": "shapes",
     "extruded": "shapes",
     "fillet": "ops",

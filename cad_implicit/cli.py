@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json as jsonlib
-import signal
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,9 +10,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .cli_options import (
+    Both,
+    Cell,
+    Engine,
+    Force,
+    Input,
+    Json,
+    Open,
+    Output,
+    Outward,
+    Quiet,
+    Radius,
+    Simplify,
+    Spacing,
+    Thickness,
+    Threads,
+    Tolerance,
+    Wall,
+)
+from .cli_progress import progress_bar
+
 if TYPE_CHECKING:
     from .job import Outcome
-    from .parallel import Progress
 
 app = typer.Typer(
     name="cad-implicit",
@@ -25,37 +43,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Input = Annotated[Path, typer.Argument(metavar="IN", help="Part: .step .stp .brep .stl .3mf .obj .ply")]
-Output = Annotated[
-    Path,
-    typer.Option(
-        "--output", "-o", metavar="OUT", help="Result: .stl .3mf .obj .ply .step .brep, or a field .npz .vti .nrrd"
-    ),
-]
-Radius = Annotated[float, typer.Option("--radius", "-r", metavar="R", help="Radius of the ball in mm.")]
-Spacing = Annotated[
-    float | None,
-    typer.Option("--spacing", metavar="H", help="Grid spacing in mm (default: min(r/6, diagonal/100))."),
-]
-Tolerance = Annotated[
-    float | None,
-    typer.Option("--tolerance", metavar="T", help="Largest accepted error in mm; the spacing follows from it."),
-]
-Engine = Annotated[
-    str,
-    typer.Option(
-        "--engine", metavar="exact|reinit", help="exact (default); reinit: the paper's re-distancing on a regular grid."
-    ),
-]
-Simplify = Annotated[
-    float | None,
-    typer.Option("--simplify", metavar="T", help="Merge triangles of the result within T mm (flat regions above all)."),
-]
-Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
-Force = Annotated[bool, typer.Option("--force", help="Go past refusals (lost pieces, size, leaks), never past memory.")]
 
 
 @app.command()
@@ -133,6 +120,54 @@ def offset(
 
 
 @app.command()
+def shell(
+    part: Input,
+    thickness: Thickness,
+    output: Output,
+    outward: Outward = False,
+    both: Both = False,
+    open_: Open = None,
+    spacing: Spacing = None,
+    tolerance: Tolerance = None,
+    engine: Engine = "exact",
+    simplify: Simplify = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Carve the part out to a wall of thickness T."""
+    if outward and both:
+        raise typer.BadParameter("the wall lies outward or on both sides, not both", param_hint="--outward, --both")
+    if open_ is not None and (outward or both):
+        raise typer.BadParameter("faces can be left open by walls that lie inward only", param_hint="--open")
+    side = "outward" if outward else "both" if both else "inward"
+    _work(
+        "shell", part, thickness, output, spacing, tolerance, engine, simplify, threads, quiet, json, force,
+        side=side, open=open_,
+    )  # fmt: skip
+
+
+@app.command()
+def infill(
+    part: Input,
+    cell: Cell,
+    wall: Wall,
+    output: Output,
+    spacing: Spacing = None,
+    tolerance: Tolerance = None,
+    engine: Engine = "exact",
+    simplify: Simplify = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Carve the part out to a skin and fill it with a lattice."""
+    _work("infill", part, wall, output, spacing, tolerance, engine, simplify, threads, quiet, json, force, cell=cell)
+
+
+@app.command()
 def info(part: Input, json: Json = False) -> None:
     """Tell what a part is: size, volume, pieces, holes, whether it is closed."""
     with _errors():
@@ -185,7 +220,7 @@ def demo(
     json: Json = False,
 ) -> None:
     """Fillet the bracket that comes with the package, picture it, and compare it with the exact B-rep fillet."""
-    with _errors(), _progress(quiet or json) as progress:
+    with _errors(), progress_bar(quiet or json) as progress:
         from .report.demo import run_demo
 
         report = run_demo(output, radius, progress)
@@ -211,11 +246,12 @@ def _work(
     quiet: bool,
     json: bool,
     force: bool,
+    **options: Any,
 ) -> None:
     """Run one operation, write the result, and say what was done."""
     if engine not in ("exact", "reinit"):
         raise typer.BadParameter(f"{engine!r} is not an engine; there are exact and reinit", param_hint="--engine")
-    with _errors(), _progress(quiet or json) as progress:
+    with _errors(), progress_bar(quiet or json) as progress:
         from .cad import FIELD_EXTENSIONS, check_output, save
         from .job import run
 
@@ -231,6 +267,7 @@ def _work(
             force=force,
             threads=threads,
             progress=progress,
+            **options,
         )
         progress("write", 0.0)
         save(outcome.field() if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
@@ -286,81 +323,6 @@ def _errors() -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo("cancelled: nothing was written", err=True)
         raise typer.Exit(130) from None
-
-
-@contextmanager
-def _progress(silent: bool) -> Iterator[Progress]:
-    """Progress bar on a terminal; nothing in a pipe. Says once when kernels are being compiled. Ctrl-C cancels."""
-    with _interruptible() as check:
-        if silent:
-            yield check
-            return
-        with _compile_notice():
-            if not sys.stderr.isatty():
-                yield check
-                return
-            from rich.console import Console
-            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-            columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
-            with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-                task = bar.add_task("start", total=1.0)
-
-                def show(stage: str, fraction: float) -> None:
-                    check(stage, fraction)
-                    bar.update(task, description=stage, completed=fraction)
-
-                yield show
-
-
-@contextmanager
-def _interruptible() -> Iterator[Progress]:
-    """Give a progress callback that raises KeyboardInterrupt after Ctrl-C or SIGTERM.
-
-    The signal itself raises too, but where it falls into a destructor Python only reports it and goes on, and where it
-    falls into a compiled module another error may come of it.
-    """
-    told = False
-
-    def stop(number: int, frame: object) -> None:
-        nonlocal told
-        told = True
-        raise KeyboardInterrupt
-
-    def check(stage: str, fraction: float) -> None:
-        if told:
-            raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield check
-    except Exception:
-        if told:
-            raise KeyboardInterrupt from None
-        raise
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
-def _compile_notice() -> Iterator[None]:
-    """Say so, once, when a kernel is compiled for the first time on this machine."""
-    from numba.core import event
-
-    class Notice(event.Listener):  # type: ignore[misc]
-        said = False
-
-        def on_start(self, event: object) -> None:
-            if not self.said:
-                typer.echo("compiling kernels, once per machine (about a minute) …", err=True)
-            self.said = True
-
-        def on_end(self, event: object) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Notice()):
-        yield
 
 
 if __name__ == "__main__":

@@ -8,12 +8,12 @@ from __future__ import annotations
 import dataclasses
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from . import ops, sizing
+from . import ops, shelling, sizing
 from .cad import open_part
 from .contouring import contour
 from .distance import MeshDistance
@@ -28,8 +28,11 @@ from .sizing import Engine
 #: An opening that loses more than this share of the volume is refused unless forced.
 LOST_VOLUME_LIMIT = 0.5
 
+#: What the amount of an operation is, where it is no radius.
+_AMOUNTS = {"offset": "the offset's amount", "shell": "the wall's thickness", "infill": "the wall's thickness"}
+
 #: Operations by name.
-OPERATIONS = ("fillet", "round", "smooth", "offset")
+OPERATIONS = ("fillet", "round", "smooth", "offset", "shell", "infill")
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,8 @@ class Outcome:
         What differs from what a user may expect.
     error_bound : float or None
         Largest expected distance in mm between the mesh and the true result; None if the part leaks.
+    options : dict
+        What an operation took besides its amount: side and open of a shell, cell of an infill.
     """
 
     operation: str
@@ -62,6 +67,7 @@ class Outcome:
     error_bound: float | None
     seconds: dict[str, float]
     warnings: list[str] = dataclasses.field(default_factory=list)
+    options: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     def field(self) -> Field:
         """Sample the result on a regular grid at its spacing."""
@@ -77,6 +83,7 @@ class Outcome:
             "input": self.before.source.get("name"),
             "operation": self.operation,
             "radius": self.amount,
+            **self.options,
             "spacing": self.spacing,
             "engine": self.engine,
             "triangles": len(self.mesh.faces),
@@ -96,6 +103,9 @@ def run(
     operation: str,
     amount: float,
     *,
+    side: shelling.Side = "inward",
+    open: str | None = None,
+    cell: float | None = None,
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine = "exact",
@@ -110,9 +120,13 @@ def run(
     ----------
     part : path, CAD object, Mesh, or (vertices, faces)
         Whatever :func:`cad_implicit.to_mesh` reads.
-    operation : "fillet", "round", "smooth" or "offset"
+    operation : "fillet", "round", "smooth", "offset", "shell" or "infill"
     amount : float
-        Radius, or the signed distance of an offset, in mm.
+        Radius, the signed distance of an offset, or the thickness of walls, in mm.
+    side, open
+        Of a shell; see :func:`cad_implicit.shell`.
+    cell : float, optional
+        Of an infill, in mm; see :func:`cad_implicit.infill`.
     spacing, tolerance : float, optional
         At most one of them, in mm.
     engine : "exact" or "reinit"
@@ -141,22 +155,23 @@ def run(
         with clock.stage("read"):
             opened = open_part(part)
             bounds = opened.bounds
-        if operation == "offset":
-            sizing.positive("the offset's amount", abs(amount))
+        if operation in _AMOUNTS:
+            sizing.positive(_AMOUNTS[operation], abs(amount) if operation == "offset" else amount)
         opening = operation in ("round", "smooth") or (operation == "offset" and amount < 0)
         sizing.check_radius(abs(amount), bounds, opening=opening)
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
-        h = sizing.choose_spacing(
-            bounds, abs(amount), engine=engine, spacing=spacing, tolerance=tolerance, margin=margin
-        )
+        detail = abs(amount) * (shelling.RADIUS_PER_WALL if operation == "infill" else 1.0)
+        h = sizing.choose_spacing(bounds, detail, engine=engine, spacing=spacing, tolerance=tolerance, margin=margin)
         with clock.stage("mesh"):
             before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
             leak = _leak(before, force=force)
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
-            function = ops.offset if operation == "offset" else ops.BLENDS[operation]
+            function, options = _function(operation, side, open, cell)
             part_distance = MeshDistance(before, sign="winding" if leak else "auto", threads=threads)
-            result = function(part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress)
+            result = function(
+                part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress, **options
+            )
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)
         if simplify is not None:
@@ -169,7 +184,24 @@ def run(
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
     bound = None if leak else sizing.error_bound(h, abs(amount), engine) + (simplify or 0.0)
-    return Outcome(operation, float(amount), engine, result, mesh, before, h, bound, clock.seconds, notes)
+    return Outcome(operation, float(amount), engine, result, mesh, before, h, bound, clock.seconds, notes, options)
+
+
+def _function(
+    operation: str, side: shelling.Side, open: str | None, cell: float | None
+) -> tuple[Callable[..., Implicit], dict[str, Any]]:
+    """Give the function of an operation, and what it takes besides an amount."""
+    if operation == "shell":
+        return shelling.shell, {"side": side, "open": open}
+    if operation == "infill":
+        if cell is None:
+            raise ValueError("an infill needs the size of its cells in mm")
+        return _infill, {"cell": cell}
+    return (ops.offset if operation == "offset" else ops.BLENDS[operation]), {}
+
+
+def _infill(part: Implicit, wall: float, *, cell: float, **options: Any) -> Implicit:
+    return shelling.infill(part, cell, wall, **options)
 
 
 def _leak(part: Mesh, *, force: bool) -> list[str]:
@@ -224,7 +256,7 @@ def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: 
         notes.append(f"{before.components} separate pieces became {after.components}: gaps between them were filled")
     elif lost < 0:
         notes.append(f"the part fell into {after.components} pieces (it was {before.components})")
-    if before.is_watertight and before.genus != after.genus:
+    if operation not in ("shell", "infill") and before.is_watertight and before.genus != after.genus:
         notes.append(f"the number of through holes changed from {before.genus} to {after.genus}")
     return notes
 

@@ -23,6 +23,7 @@ from .grid import Grid
 from .implicit import Implicit
 from .lattice import Crystal, slab_lattice, strut_lattice
 from .minimal import Minimal, tpms
+from .open_faces import Near, near_kept_faces
 from .ops import Call, Shape, as_implicit
 from .ops import Side as Face
 from .parallel import Progress, no_progress
@@ -47,8 +48,8 @@ _BEYOND = 2.0
 #: Nodes at which a lattice is evaluated at a time.
 _CHUNK = 1 << 17
 
-#: The default spacing puts this many cells into the walls of an infill.
-_CELLS_PER_WALL = 3.0
+#: The default spacing of an infill is that of this many times the radius of a fillet: three cells to a wall.
+RADIUS_PER_WALL = sizing.CELLS_PER_RADIUS / 3.0
 
 
 def shell(
@@ -56,6 +57,7 @@ def shell(
     thickness: float,
     *,
     side: Side = "inward",
+    open: str | None = None,
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine | None = None,
@@ -71,6 +73,9 @@ def shell(
         Of the wall in mm.
     side : "inward", "outward" or "both"
         Where the wall lies: within the part, around it, or half and half.
+    open : str, optional
+        Faces of a B-rep part that get no wall, by a selector such as ``">Z"`` (:mod:`cad_implicit.cad.selectors`): the
+        cavity runs through them. Inward only.
     spacing, tolerance, engine, threads, progress
         As for :func:`cad_implicit.offset`.
 
@@ -78,6 +83,8 @@ def shell(
     ------
     RadiusError
         If the thickness is not positive and finite, or leaves no hollow.
+    SelectorError
+        If the part has no faces to open, or the selector cannot be read or opens none, or all.
     SpacingError, MemoryLimitError, OpenMeshError
         With what was wrong, the figures, and what to do.
 
@@ -97,7 +104,15 @@ def shell(
         raise ValueError(f"side must be one of {', '.join(get_args(Side))}, not {side!r}")
     wall = sizing.positive("the wall's thickness", thickness)
     inward, outward = {"inward": (wall, 0.0), "outward": (0.0, wall), "both": (wall / 2, wall / 2)}[side]
+    if open is not None and side != "inward":
+        raise ValueError(f'faces can be left open by walls that lie inward, not "{side}"')
     source = as_implicit(shape)
+    if open is not None:
+        near = near_kept_faces(source, open, wall, threads=threads)
+        _check_room(source, wall, near)
+        call = Call(source, wall, 0.0, False, spacing, tolerance, engine, threads, progress)
+        _check_resolved(wall, call.spacing)
+        return _opened(call, near)
     _check_room(source, inward)
     call = Call(source, wall, outward, False, spacing, tolerance, engine, threads, progress)
     _check_resolved(wall, call.spacing)
@@ -162,7 +177,7 @@ def infill(
     _check_room(source, depth)
     diagonal = float(np.linalg.norm(source.bounds[1] - source.bounds[0]))
     thinnest = min((x for x in (walls, depth) if x), default=diagonal / sizing.CELLS_PER_DIAGONAL)
-    radius = sizing.CELLS_PER_RADIUS / _CELLS_PER_WALL * thinnest
+    radius = RADIUS_PER_WALL * thinnest
     call = Call(source, radius, 0.0, False, spacing, tolerance, engine, threads, progress)
     call.radius = max(call.radius, depth)  # distances are needed that far
     _check_resolved(thinnest, call.spacing)
@@ -172,7 +187,7 @@ def infill(
 def _carved(call: Call, inward: float, outward: float, filling: Implicit | None) -> Implicit:
     """Part grown outward, less the hollow: its core ``inward`` mm below the surface, but for a filling.
 
-    Without a depth the filling itself, in the part. Faces that are to be left open would be joined to the hollow here.
+    Without a depth the filling itself, in the part.
     """
     faces: tuple[Face, ...] = ("inside", "outside") if inward and outward else ("outside",) if outward else ("inside",)
     if call.engine == "reinit":
@@ -187,6 +202,16 @@ def _carved(call: Call, inward: float, outward: float, filling: Implicit | None)
     else:
         assert filling is not None
         result = Boolean(part, filling, union=False)
+    result.spacing = call.spacing
+    return result
+
+
+def _opened(call: Call, near: Near) -> Implicit:
+    """Part as far as it is near the faces that are kept."""
+    if call.engine == "reinit":
+        phi = call.field(("inside",), check=False)
+        return _less(phi, _negative(_sampled_inside(near, phi, 0.0)))
+    result = Boolean(call.distance(("inside",), check=False), near, union=False)
     result.spacing = call.spacing
     return result
 
@@ -252,24 +277,25 @@ def _lattice(kind: Filling | Implicit, cell: Size, wall: Size) -> Implicit:
     return slab_lattice(cell, wall, closed=kind == "cells")
 
 
-def _check_room(source: Implicit, depth: float) -> None:
-    """Raise RadiusError if certainly nothing lies deeper than a wall of that depth."""
+def _check_room(source: Implicit, depth: float, near: Near | None = None) -> None:
+    """Raise RadiusError if certainly nothing lies deeper than a wall of that depth, along all faces or some."""
     low, high = source.bounds
     thinnest = float((high - low).min())
-    if not depth < thinnest / 2:
+    if near is None and not depth < thinnest / 2:
         raise RadiusError(
             f"a wall of {depth:g} mm leaves no hollow in a part {thinnest:.6g} mm thin; use a thinner one"
         )
     if not (depth and source.exact_inside and np.isfinite(source.bounds).all()):
         return
+    hollow = exact.Shifted(source, -depth) if near is None else Boolean(source, near, union=False, second_sign=-1.0)
     grid = Grid.cover(source.bounds, shape=_HOLLOW_NODES)
     places, step = grid.nodes(), np.array(grid.spacing)
     corners = np.stack(np.meshgrid(*[[-0.25, 0.25]] * source.dim, indexing="ij"), axis=-1).reshape(-1, source.dim)
     for _ in range(_HOLLOW_ROUNDS):
-        value = source(places)
-        if value.max() > depth:
+        value = hollow(places)
+        if value.max() > 0:
             return
-        places = places[value + np.linalg.norm(step) / 2 > depth]
+        places = places[value + np.linalg.norm(step) / 2 > 0]
         places = (places[:, None] + corners * step).reshape(-1, source.dim)
         step = step / 2
         if len(places) == 0:

@@ -1,0 +1,50 @@
+"""Arguments and options that the commands of the command line share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Input = Annotated[Path, typer.Argument(metavar="IN", help="Part: .step .stp .brep .stl .3mf .obj .ply")]
+Output = Annotated[
+    Path,
+    typer.Option(
+        "--output", "-o", metavar="OUT", help="Result: .stl .3mf .obj .ply .step .brep, or a field .npz .vti .nrrd"
+    ),
+]
+Radius = Annotated[float, typer.Option("--radius", "-r", metavar="R", help="Radius of the ball in mm.")]
+Spacing = Annotated[
+    float | None,
+    typer.Option("--spacing", metavar="H", help="Grid spacing in mm (default: min(r/6, diagonal/100))."),
+]
+Tolerance = Annotated[
+    float | None,
+    typer.Option("--tolerance", metavar="T", help="Largest accepted error in mm; the spacing follows from it."),
+]
+Engine = Annotated[
+    str,
+    typer.Option(
+        "--engine", metavar="exact|reinit", help="exact (default); reinit: the paper's re-distancing on a regular grid."
+    ),
+]
+Simplify = Annotated[
+    float | None,
+    typer.Option("--simplify", metavar="T", help="Merge triangles of the result within T mm (flat regions above all)."),
+]
+Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
+Force = Annotated[bool, typer.Option("--force", help="Go past refusals (lost pieces, size, leaks), never past memory.")]
+Thickness = Annotated[float, typer.Option("--thickness", "-t", metavar="T", help="Thickness of the wall in mm.")]
+Outward = Annotated[bool, typer.Option("--outward", help="The wall lies around the part.")]
+Both = Annotated[bool, typer.Option("--both", help="The wall lies half within the part, half around it.")]
+Open = Annotated[
+    str | None,
+    typer.Option(
+        "--open", metavar="SELECTOR", help='Faces of a STEP or BREP part that get no wall: ">Z", "<X or |Y", "3,5" …'
+    ),
+]
+Cell = Annotated[float, typer.Option("--cell", metavar="C", help="Period of the lattice, a gyroid, in mm.")]
+Wall = Annotated[float, typer.Option("--wall", metavar="W", help="Thickness of its walls and of the skin in mm.")]

@@ -44,15 +44,20 @@ _AT_FAULT = 0.25
 #: spacings took 15 % longer, and rough distances in such holes came to 0.1 spacings instead of 0.2.
 _NEARER = 0.1
 
-#: Balls smaller than the given one by this many spacings are looked for at first, against rounding, …
-_BARELY = 5e-5
+#: Balls smaller than the given one by this many spacings are looked for: at first against rounding; then, where they
+#: do not fit, by what the facets of rods and holes take, tessellated to 0.005 spacings. (A pushed ball counts as
+#: fitting up to twice this.)
+_SMALLER = (5e-5, 0.01)
 
-#: … and by this many where they do not fit: the facets of rods and holes, tessellated to 0.005 spacings, take as much.
-#: A pushed ball counts as fitting up to twice this.
-_FACETS = 0.01
+#: The same for polished values, where they miss what the pieces fill by more than this many spacings, …
+_TIGHT = (1e-3, 0.01)
+_UNFILLED = 0.003
 
-#: A ball that only fits but for facets changes a point by more than this many spacings.
-_TIGHT = 0.012
+#: (by no more than this: what is left where the polish finds nothing, and what chords are off by), …
+_FARTHEST = 0.15
+
+#: … or are those of the pieces, which are made of chords, to so many.
+_ROUGH = 1e-6
 
 #: Looks for centres nearer than the contour end after so many, or where the ball fits but for so many spacings.
 _LOOKS = 6
@@ -115,27 +120,45 @@ class Centres:
             contoured = Surface(mesh, threads=threads)
         search = _Search(parent, radius, spacing, watched, contoured, threads, progress)
         blocks = search.missing_blocks()
-        thin, tight = search.pieces(nodes_of(blocks)) if len(blocks) else (None, None)
+        thin = search.pieces(nodes_of(blocks)) if len(blocks) else None
         added = None if thin is None else Surface(thin, threads=threads)
         found = _Both(contoured, added) if contoured and added else contoured or added
         if found is None:
             raise EmptyResultError(f"a ball of radius {radius:g} mm fits nowhere")
         self.surface: Surface = found
-        #: Where the ball only fits but for the facets of a curved face.
-        self._tight = None if tight is None else Surface(tight, threads=threads)
+        self._search = search
+        self._added = added
 
     def fill_tight(self, points: FloatArray, value: FloatArray, gradient: FloatArray) -> None:
-        """Set polished values and gradients of a closing where the ball only fits but for facets.
+        """Set polished values and gradients of a closing where the ball only fits but for the facets of curved faces.
 
-        No place there is right for the polish.
+        No place is right there for a ball of the full radius; that of a slightly smaller one is as near as facets are.
         """
-        if self._tight is None:
+        if self._added is None:
             return
-        distance, centre = self._tight.closest(points)
-        which = np.flatnonzero(distance - self.radius > value + _TIGHT * self.spacing)
-        which = which[distance[which] <= self.surface.closest(points[which])[0] * (1 + 1e-9)]
-        value[which] = distance[which] - self.radius
-        gradient[which] = (points[which] - centre[which]) / distance[which, None]
+        h, radius = self.spacing, self.radius
+        low, high = self._added.mesh.bounds
+        which = np.flatnonzero(((points > low - radius - h) & (points < high + radius + h)).all(axis=1))
+        distance, centre = np.full(len(points), np.inf), points.copy()
+        distance[which], centre[which] = self._added.closest(points[which])
+        more = distance - radius - value
+        which = np.flatnonzero((more > -_UNFILLED * h) & (more < _FARTHEST * h))
+        which = which[distance[which] <= self.surface.closest(points[which])[0] + _SAGITTA * h]
+        rough = distance[which] - radius
+        missed, chord = rough > value[which] + _UNFILLED * h, np.abs(rough - value[which]) <= _ROUGH * h
+        which, chord = which[missed | chord], chord[missed | chord]
+        better, found = self._search.polish(points[which], centre[which], _TIGHT)
+        arm = points[which] - better
+        length = np.linalg.norm(arm, axis=1)
+        # Where a smaller ball does not help, the piece itself must do.
+        filled = length - radius > value[which] + np.where(found, 0.0, _SAGITTA * h)
+        lower = found & chord & (length - radius < value[which] - _UNFILLED * h)
+        if lower.any():
+            own = self._search.parent(points[which[lower]])
+            lower[lower] = own < length[lower] - radius
+        filled |= lower
+        value[which[filled]] = length[filled] - radius
+        gradient[which[filled]] = arm[filled] / length[filled, None]
 
 
 class _Both(Surface):
@@ -257,11 +280,8 @@ class _Search:
         blocks, points, at = blocks[doubtful], points[doubtful], at[doubtful]
         return blocks[self._nearer(points, np.minimum(at - _AT_FAULT * h, 2 * _HALF * h))]
 
-    def pieces(self, nodes: IntArray) -> tuple[Mesh | None, Mesh | None]:
-        """Images of the nodes (N, 3) among the centres, joined; None if the contour has them all.
-
-        Then those pieces alone where the ball only fits but for facets.
-        """
+    def pieces(self, nodes: IntArray) -> Mesh | None:
+        """Images of the nodes (N, 3) among the centres, joined; None if the contour has them all."""
         h = self.spacing
         points = self.watched.origin + h * nodes
         room, direction = self.room(points)
@@ -269,17 +289,15 @@ class _Search:
         nodes, points, room, direction = nodes[near], points[near], room[near], direction[near]
         at, image = self._distance(points)
         doubtful = np.flatnonzero(at > np.abs(room) + _NEARER * h)
-        centre, distance, is_tight = self._project(points[doubtful], room[doubtful], direction[doubtful])
+        centre, distance = self._project(points[doubtful], room[doubtful], direction[doubtful])
         nearer = distance < at[doubtful] - _NEARER * h
-        new, tight = np.zeros((2, len(nodes)), np.bool_)
-        new[doubtful[nearer]], tight[doubtful[nearer]] = True, is_tight[nearer]
+        new = np.zeros(len(nodes), np.bool_)
+        new[doubtful[nearer]] = True
         image[doubtful[nearer]], at[doubtful[nearer]] = centre[nearer], distance[nearer]
         kept = at <= _LAYER * h
-        nodes, image, new, tight = nodes[kept], image[kept], new[kept], tight[kept]
-        thin, barely = (
-            joined_images(nodes, image, which, h, self._fits) if which.any() else None for which in (new, tight)
-        )
-        return thin, barely
+        if not (new & kept).any():
+            return None
+        return joined_images(nodes[kept], image[kept], new[kept], h, self._fits)
 
     def _fits(self, points: FloatArray) -> NDArray[np.bool_]:
         """Whether pieces may be as far from centres as chords are."""
@@ -314,19 +332,25 @@ class _Search:
         distance, nearest = self.contoured.closest(points)
         return distance, np.array(nearest)
 
-    def _project(
-        self, points: FloatArray, room: FloatArray, direction: FloatArray
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Nearest centres (N, 3), distances (N,), infinite where there is none, and whether facets are in the way."""
-        centre = points - np.minimum(room, 0.0)[:, None] * direction
-        found, tight = room >= 0, np.zeros(len(points), np.bool_)
+    def polish(
+        self, points: FloatArray, centres: FloatArray, smaller: tuple[float, ...]
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Nearest centres (N, 3) from rough ones, of balls smaller by so many spacings, and whether any fits."""
+        centres, found = centres.copy(), np.zeros(len(points), np.bool_)
         better = partial(polished, self.parent) if self.parent.rough else None
-        for less in (_BARELY, _FACETS):
-            tight = ~found
-            which = np.flatnonzero(tight)
+        look, h = self.parent.value_and_gradient, self.spacing
+        for less in smaller:
+            which = np.flatnonzero(~found)
             if len(which):
-                centre[which], found[which] = polish_centres(
-                    self.parent.value_and_gradient, self.radius - less * self.spacing, self.spacing, points[which],
-                    centre[which], better=better, threads=self.threads,
-                )  # fmt: skip
-        return centre, np.where(found, np.linalg.norm(centre - points, axis=1), np.inf), tight
+                centres[which], found[which] = polish_centres(
+                    look, self.radius - less * h, h, points[which], centres[which], better=better, threads=self.threads
+                )
+        return centres, found
+
+    def _project(self, points: FloatArray, room: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Nearest centres (N, 3), and their distances (N,), infinite where there is none."""
+        centre = points - np.minimum(room, 0.0)[:, None] * direction
+        found = room >= 0
+        which = np.flatnonzero(~found)
+        centre[which], found[which] = self.polish(points[which], centre[which], _SMALLER)
+        return centre, np.where(found, np.linalg.norm(centre - points, axis=1), np.inf)

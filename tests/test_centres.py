@@ -171,6 +171,25 @@ def test_holes_as_wide_as_the_ball_stay_as_they_are(room: float) -> None:
     assert np.abs(shape(near) - distance(near)).max() < 0.25 * H
 
 
+@pytest.mark.parametrize(("room", "bound"), [(0.0, 0.06), (0.3, 1e-3), (1.0, 1e-3)])
+def test_tubes_with_walls_as_thick_as_the_ball(room: float, bound: float) -> None:
+    """The centres make a curved sheet; facets are in the way of an exact fit."""
+    inner, height = 6.0, 11.0
+    outer = inner + 2 * R + room * H
+    part = Manifold.cylinder(height, outer, outer, 720, center=True) - Manifold.cylinder(20, inner, inner, 720, True)
+
+    def error(x: Points) -> Points:
+        across = np.hypot(x[:, 0], x[:, 1])
+        across -= np.clip(across, inner + R, outer - R)
+        return np.hypot(across, x[:, 2] - np.clip(x[:, 2], R - height / 2, height / 2 - R)) - R
+
+    result = ci.contour(ci.round(part_of(part, True), R, spacing=H))
+    off = np.abs(error(local(result.vertices, True))) / H
+    assert off.max() < bound
+    assert np.percentile(off, 98) < 0.02
+    assert result.genus == 1
+
+
 @pytest.mark.parametrize("room", [0.0, 0.1, 0.7])
 def test_slots_as_wide_as_the_ball(room: float) -> None:
     """A slot through a block, with a flat bottom: filleted by one half cylinder if it is no wider."""

@@ -15,7 +15,8 @@ from .timing import PAPER_EXAMPLE, PAPER_ITERATION, Example, machine
 #: What the shapes are called on the page.
 NAMES = {"sphere": "sphere", "jaw": "jaw bone", "boxes": "union of boxes", "part": "mechanical part"}
 
-#: Read off the paper's Figure 8 b, in percent: the least error near the surface, and where the curve stays.
+#: Limits in percent after the paper's Figure 8 b, whose figures the text does not give: the least error near the
+#: surface, and where the curve stays.
 PAPER_LEAST, PAPER_FLOOR = 0.5, 1.2
 
 
@@ -48,17 +49,17 @@ def figure_8(page: Page, curves: Sequence[Curve], nodes: int) -> None:
         cells = (f"{100 * x:.3f}" for x in (curve.domain[-1], least, curve.near[-1]))
         domain, lowest, floor = cells
         rows.append([curve.label, domain, f"{lowest} (iteration {when})" if when != "-" else lowest, floor, count])
-    rows.insert(0, ["the paper, read off its figure", "-", f"about {PAPER_LEAST}", f"about {PAPER_FLOOR}", "-"])
+    rows.insert(0, ["limits after the paper's curve", "-", f"{PAPER_LEAST}", f"{PAPER_FLOOR}", "-"])
     page.heading("Figure 8: error of the distance by iterations")
     head = ("scheme", "domain, at the end", f"within {BAND:g}, least", f"within {BAND:g}, at the end", "iterations")
     page.table(f"Relative L² error in percent, {nodes}³ nodes on [-2, 2]³", head, rows)
     page.text(
         "Over the domain the error falls as long as the front has not reached the corners (195 iterations), then "
-        "stays. Near the surface the paper's curve dips to its minimum and rises to its floor. With the sub-cell fix "
+        "stays. The limits stand for a curve that dips to a minimum near the surface, then rises to a floor. With the fix "
         "there is no dip: the nodes next to the surface are held, the error falls to the floor of the first-order "
-        "scheme and stays there, below the paper's floor; started from exact distances it would rise to 0.61 %. "
-        "Without the fix, and with ε of the size of f in (3.5), the curve has the paper's shape, with its minimum "
-        "and its level at 200 iterations, and rises on: the surface itself drifts. Schemes of second and fifth order "
+        "scheme and stays there, above the first limit and below the second; started from exact distances it would rise to 0.61 %. "
+        "Without the fix, and with ε of the size of f in (3.5), the curve dips below the first limit and is at "
+        "1.12 % after 200 iterations, and rises on: the surface itself drifts. Schemes of second and fifth order "
         "with the surface as end point of their differences go on falling; their sweeps are shown as far as the "
         "neighbourhood of the surface needs them, so their error over the domain is that of nodes not yet reached, as "
         "for every Gauss-Seidel curve that ends early. Fast marching starts from a first-order front. The exact "

@@ -55,10 +55,10 @@ def figure_8(page: Page, curves: Sequence[Curve], nodes: int) -> None:
     page.table(f"Relative L² error in percent, {nodes}³ nodes on [-2, 2]³", head, rows)
     page.text(
         "Over the domain the error falls as long as the front has not reached the corners (195 iterations), then "
-        "stays. The limits stand for a curve that dips to a minimum near the surface, then rises to a floor. With the fix "
-        "there is no dip: the nodes next to the surface are held, the error falls to the floor of the first-order "
-        "scheme and stays there, above the first limit and below the second; started from exact distances it would rise to 0.61 %. "
-        "Without the fix, and with ε of the size of f in (3.5), the curve dips below the first limit and is at "
+        "stays. The limits stand for a curve that dips to a minimum near the surface, then rises to a floor. With the "
+        "sub-cell fix there is no dip: the nodes next to the surface are held, the error falls to the floor of the "
+        "first-order scheme and stays there, above the first limit and below the second; from exact distances it rises "
+        "to 0.61 %. Without the fix, and with ε of the size of f in (3.5), the curve dips below the first limit, is at "
         "1.12 % after 200 iterations, and rises on: the surface itself drifts. Schemes of second and fifth order "
         "with the surface as end point of their differences go on falling; their sweeps are shown as far as the "
         "neighbourhood of the surface needs them, so their error over the domain is that of nodes not yet reached, as "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import cad_parts
@@ -109,3 +110,67 @@ def prism(*edges: Any) -> Any:
     for edge in edges[:-1]:
         wire.Add(edge)
     return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, edges[-1])).Shape()
+
+
+def drilled_block() -> Any:
+    """Block with a bore of radius 2."""
+    return cut(cad_parts.box((9, 8, 7)), cylinder(2, 9, (4, 4, -1)))
+
+
+def torus_segment() -> Any:
+    """A third of a torus with radii 6 and 2."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
+    return BRepPrimAPI_MakeTorus(6.0, 2.0, 2 * np.pi / 3).Shape()
+
+
+def spindle() -> Any:
+    """Lens: a circular arc of radius 5, turned about its chord; its side is the inner sheet of a torus."""
+    return turned_section([(0, -4), (0, 4)], arc_edge((0, -4), (2, 0), (0, 4)))
+
+
+def vase() -> Any:
+    """Turned part 9 high whose side is a spline turned about z."""
+    side = [(5, 0), (4, 3), (6, 7), (5, 9)]
+    spline = spline_edge(np.array([(x, 0, z) for x, z in side], float))
+    return turned_section([(5, 9), (0, 9), (0, 0), (5, 0)], spline)
+
+
+def thickened() -> Any:
+    """Wavy sheet, 1.5 thick: one of its faces is the offset of the other."""
+    from OCP.BRepOffset import BRepOffset_MakeOffset, BRepOffset_Skin
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.GeomAbs import GeomAbs_Intersection
+    from OCP.gp import gp_Vec
+    from OCP.TopAbs import TopAbs_FACE
+
+    x = np.linspace(0, 9, 7)
+    edge = spline_edge(np.column_stack([x, 0 * x, np.sin(x / 2)]))
+    sheet = next(occ.explore(BRepPrimAPI_MakePrism(edge, gp_Vec(0, 6, 0)).Shape(), TopAbs_FACE))
+    maker = BRepOffset_MakeOffset()
+    maker.Initialize(sheet, 1.5, 1e-6, BRepOffset_Skin, False, False, GeomAbs_Intersection, True)
+    maker.MakeOffsetShape()
+    return maker.Shape()
+
+
+def arc_edge(*points: tuple[float, float]) -> Any:
+    """Circular arc through three points (x, z)."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Pnt
+
+    return BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(*(gp_Pnt(x, 0, z) for x, z in points)).Value()).Edge()
+
+
+def turned_section(corners: Sequence[tuple[float, float]], side: Any) -> Any:
+    """Solid of revolution about z: straight lines between corners (x, z), closed by one more edge."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
+
+    ends = [gp_Pnt(x, 0, z) for x, z in corners]
+    wire = BRepBuilderAPI_MakeWire(side)
+    for one, other in pairwise(ends):
+        wire.Add(BRepBuilderAPI_MakeEdge(one, other).Edge())
+    face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+    return BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()

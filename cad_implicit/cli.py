@@ -13,6 +13,7 @@ import typer
 from .cli_options import (
     Both,
     Cell,
+    Edges,
     Engine,
     Force,
     Input,
@@ -192,6 +193,20 @@ def info(part: Input, json: Json = False) -> None:
             },
             json,
         )
+
+
+@app.command()
+def edges(part: Input, selector: Edges = "all", json: Json = False) -> None:
+    """List edges to choose from: number, length, convexity, angle of the material, curve, faces, tangent chain."""
+    with _errors():
+        from .cad.edges import edges as edges_of
+        from .report.edge_table import edge_figures, edge_table
+
+        found = edges_of(part, selector)
+    if json:
+        _show({"input": str(part), "selector": selector, "edges": edge_figures(found)}, json)
+    else:
+        typer.echo(edge_table(found))
 
 
 @app.command()

@@ -46,5 +46,9 @@ Open = Annotated[
         "--open", metavar="SELECTOR", help='Faces of a STEP or BREP part that get no wall: ">Z", "<X or |Y", "3,5" …'
     ),
 ]
+Edges = Annotated[
+    str,
+    typer.Option("--edges", metavar="SELECTOR", help='Edges: all, concave, convex, "|Z", ">Z", "%circle", "3,5,7" …'),
+]
 Cell = Annotated[float, typer.Option("--cell", metavar="C", help="Period of the lattice, a gyroid, in mm.")]
 Wall = Annotated[float, typer.Option("--wall", metavar="W", help="Thickness of its walls and of the skin in mm.")]

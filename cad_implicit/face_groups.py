@@ -33,15 +33,15 @@ class FaceGroup(FaceDistance):
     ----------
     members : dict of int to FaceDistance
         Faces by number, from 1.
-    mesh : Mesh
-        Triangles of these faces and maybe others; ``face_ids`` are the numbers less 1.
+    mesh : Mesh or None
+        Triangles of these faces and maybe others; ``face_ids`` are the numbers less 1. Not needed for one face.
     beside : dict of int to set of int
         Which faces meet which smoothly.
     """
 
     kind = "group"
 
-    def __init__(self, members: Mapping[int, FaceDistance], mesh: Mesh, beside: Mapping[int, set[int]]) -> None:
+    def __init__(self, members: Mapping[int, FaceDistance], mesh: Mesh | None, beside: Mapping[int, set[int]]) -> None:
         self.members = dict(members)
         self._mesh = mesh
         self._pairs = {(a, b) for a in members for b in beside.get(a, set()) if b in members}
@@ -55,9 +55,9 @@ class FaceGroup(FaceDistance):
         self._evaluate(x, nearest, np.ones(len(x), np.bool_), value, gradient)
         # near a smooth border the triangles may name the wrong face; that of the foot is the right one
         other = self._nearest(x - value[:, None] * gradient)
-        changed = np.array(
-            [pair in self._pairs for pair in zip(nearest.tolist(), other.tolist(), strict=True)], np.bool_
-        )
+        changed = np.asarray(nearest != other)
+        pairs = zip(nearest[changed].tolist(), other[changed].tolist(), strict=True)
+        changed[changed] = [pair in self._pairs for pair in pairs]
         self._evaluate(x, other, changed, value, gradient)
         return value, gradient
 
@@ -78,8 +78,8 @@ class FaceGroup(FaceDistance):
 
     @cached_property
     def _own(self) -> tuple[Mesh, MeshDistance]:
-        ids = self._mesh.face_ids
-        if ids is None:
+        ids = None if self._mesh is None else self._mesh.face_ids
+        if self._mesh is None or ids is None:
             raise ValueError("a group of faces needs a mesh whose triangles know their faces")
         own = np.isin(ids + 1, list(self.members))
         mesh = Mesh(self._mesh.vertices, self._mesh.faces[own], ids[own])
@@ -143,7 +143,8 @@ class PartFaces:
         """
         beside = smooth_neighbours(self.edges)
         parts = tangent_neighbours(beside, list(seeds))
-        return {seed: FaceGroup({n: self.face(n) for n in own}, self._mesh, beside) for seed, own in parts.items()}
+        mesh = self._mesh if any(len(own) > 1 for own in parts.values()) else None
+        return {seed: FaceGroup({n: self.face(n) for n in own}, mesh, beside) for seed, own in parts.items()}
 
     @cached_property
     def _shapes(self) -> list[object]:

@@ -9,12 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from threading import RLock
+from typing import Any
 
 #: Called as ``progress(stage, fraction)`` with fraction in [0, 1]; it may raise to cancel the work.
 Progress = Callable[[str, float], None]
 
 _LOCK = RLock()
+
+#: Number of threads of whoever holds the lock, None if nobody does.
+_running: int | None = None
 
 #: Fewer items than this are not worth a second thread: starting one on a busy machine takes 2 ms on average (8 ms at
 #: the 95th percentile), the work on them under 1 ms.
@@ -39,22 +44,32 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
     ValueError
         If ``count`` is less than one.
     """
+    global _running
+    if count is not None and count < 1:
+        raise ValueError(f"threads must be at least 1, not {count}")
+    with _LOCK:
+        numba = _numba()
+        outer = _running
+        before = outer or numba.get_num_threads()
+        available = int(numba.config.NUMBA_NUM_THREADS)
+        wanted = min(count or os.cpu_count() or 1, available) if items >= _SERIAL_ITEMS else 1
+        if wanted != before:  # setting it takes 20 microseconds
+            numba.set_num_threads(wanted)
+        _running = wanted
+        try:
+            yield
+        finally:
+            _running = outer
+            if wanted != before:
+                numba.set_num_threads(before)
+
+
+@cache
+def _numba() -> Any:
+    """Give the compiler, set up before its first parallel kernel runs."""
     # Threads of OpenMP that wait should sleep, not spin: on two cores shared with three other jobs a fillet took 37 s
     # with spinning threads and 9 s with sleeping ones. Read by OpenMP when the first parallel kernel runs.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     import numba
 
-    if count is not None and count < 1:
-        raise ValueError(f"threads must be at least 1, not {count}")
-    with _LOCK:
-        before = numba.get_num_threads()
-        available = int(numba.config.NUMBA_NUM_THREADS)
-        wanted = min(count or os.cpu_count() or 1, available) if items >= _SERIAL_ITEMS else 1
-        if wanted == before:  # setting it takes 20 microseconds
-            yield
-            return
-        numba.set_num_threads(wanted)
-        try:
-            yield
-        finally:
-            numba.set_num_threads(before)
+    return numba

@@ -285,11 +285,13 @@ def _doubts(mesh: Mesh, tree: Tree, count: int | None) -> str:
     centres = mesh.vertices[mesh.faces[tree.order[chosen]]].mean(axis=1)
     shift = normals[chosen] * (_OVERLAP_OFFSET * mesh.diagonal)
     with parallel.threads(count):
-        behind = winding_numbers(tree, centres - shift)
-    # A mesh that is inside out as a whole is consistent too: 0 behind and -1 before all of its triangles.
-    level = float(np.round(behind[0]))
-    wrong = abs(behind - level) > _WINDING_TOLERANCE
-    if level not in (1.0, 0.0) or wrong.any():
+        number = winding_numbers(tree, np.concatenate([centres - shift, centres + shift]))
+    behind, before = number[: len(chosen)], number[len(chosen) :]
+    # A mesh that is inside out as a whole is consistent too: 0 behind and -1 before all of its triangles. Solids that
+    # share a face are told only by what is before it.
+    level = float(np.round(before[0]))
+    wrong = (abs(before - level) > _WINDING_TOLERANCE) | (abs(behind - level - 1) > _WINDING_TOLERANCE)
+    if level not in (0.0, -1.0) or wrong.any():
         share = 100 * max(float(wrong.mean()), 1 / len(chosen))
         return f"the mesh overlaps itself or has parts that are inside out ({share:.2g} % of its triangles)"
     return ""

@@ -16,7 +16,7 @@ from .jit import jit, parallel_jit
 from .lanes import bits_below, lowest_bit
 from .stack import CHUNK, new_stack
 from .triangle import FACE, closest_on_triangle, leaf_distances
-from .visit import child_bounds, single
+from .visit import child_bounds, push_children, single
 from .winding import winding_scaled
 
 _ZERO = np.float32(0)
@@ -92,12 +92,7 @@ def within_scaled(tree, x, y, z, radius2, stack):
             if min(min(far[0], far[1]), min(far[2], far[3])) < radius2:
                 return True
             continue
-        child_bounds(tree.bounds[code], fx, fy, fz, near)
-        bits = bits_below(near, limit)
-        while bits != 0:
-            codes[waiting] = tree.children[code, lowest_bit(bits)]
-            bits &= bits - 1
-            waiting += 1
+        waiting = push_children(tree, code, fx, fy, fz, limit, near, codes, waiting)
     return False
 
 

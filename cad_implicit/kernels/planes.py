@@ -14,10 +14,9 @@ from numba import prange
 from .bvh import TRUST
 from .closest import closest_scaled, scaled
 from .jit import jit, parallel_jit
-from .lanes import bits_below, lowest_bit
 from .stack import CHUNK, new_stack
 from .triangle import FACE, leaf_distances
-from .visit import child_bounds, single
+from .visit import push_children, single
 
 #: Triangles of a plane that face the same way have normals at least this close (cosine): not the two sides of a sheet.
 _SAME_SIDE = 0.5
@@ -52,12 +51,7 @@ def _only_plane(tree, x, y, z, radius2, triangle, tolerance, stack):
                     if abs(above) > tolerance:
                         return False
             continue
-        child_bounds(tree.bounds[code], fx, fy, fz, near)
-        bits = bits_below(near, limit)
-        while bits != 0:
-            codes[waiting] = tree.children[code, lowest_bit(bits)]
-            bits &= bits - 1
-            waiting += 1
+        waiting = push_children(tree, code, fx, fy, fz, limit, near, codes, waiting)
     return True
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import jit
-from .lanes import lanes, larger, root
+from .lanes import bits_below, lanes, larger, lowest_bit, root
 from .partition import WIDTH
 
 _REACH = 1e18
@@ -32,3 +32,15 @@ def child_bounds(rows, x, y, z):
 def single(x):
     """Round a scaled coordinate to float32, so that squares stay finite: moved to the mesh, bounds stay below."""
     return np.float32(min(max(x, -_REACH), _REACH))
+
+
+@jit
+def push_children(tree, code, x, y, z, limit, near, codes, waiting):
+    """Put the children of a node that may be within ``limit`` on the stack ``codes``; returns how many are waiting."""
+    child_bounds(tree.bounds[code], x, y, z, near)
+    bits = bits_below(near, limit)
+    while bits != 0:
+        codes[waiting] = tree.children[code, lowest_bit(bits)]
+        bits &= bits - 1
+        waiting += 1
+    return waiting

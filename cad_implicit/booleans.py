@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import EmptyResultError
-from .implicit import FloatArray, Implicit, polished
+from .implicit import Affine, FloatArray, Implicit, polished
 
 
 class Boolean(Implicit):
@@ -67,9 +67,7 @@ class Boolean(Implicit):
         value, limit = self(points), np.asarray(radius, np.float64)
         return np.asarray(value > -limit if self._union else value < limit)
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where one shape decides alone, and is linear."""
         value, gradient, holds = super().affine_within(points, radius, tolerance)
         if self.first.lipschitz is None or self.second.lipschitz is None:

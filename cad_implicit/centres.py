@@ -25,7 +25,7 @@ from .distance import Surface
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .grid_images import joined_images, nodes_of
-from .implicit import FloatArray, Implicit, polished
+from .implicit import Affine, FloatArray, Implicit, polished
 from .kernels.halfspaces import nearest_feasible_many
 from .mesh import IntArray, Mesh
 from .parallel import Progress, no_progress
@@ -205,9 +205,7 @@ class _Watched(Implicit):
         """Values ``(N,)`` and gradients ``(N, 3)``."""
         return self.shape.value_and_gradient(points)
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the shape is linear."""
         return self.shape.affine_within(points, radius, tolerance)
 

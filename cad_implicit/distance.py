@@ -18,7 +18,7 @@ from . import parallel
 from .errors import GeometryWarning, SpacingError
 from .field import Field
 from .grid import Grid
-from .implicit import FloatArray, Implicit
+from .implicit import Affine, FloatArray, Implicit
 from .kernels.bvh import Tree, build_tree
 from .kernels.closest import any_within, closest_points, signed_distances, unsigned_distances
 from .kernels.planes import affine_distances
@@ -146,9 +146,7 @@ class MeshDistance(Implicit):
         with parallel.threads(self.threads, parallel.QUERY * len(x)):
             return np.asarray(any_within(self.tree, x, radii))
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where one plane alone is near: values ``(N,)``, gradients ``(N, 3)`` and whether they hold ``(N,)``."""
         if self.tree.by_winding:
             return super().affine_within(points, radius, tolerance)

@@ -232,8 +232,12 @@ class _Run:
                 cells.cells, *cells.tables, *cells.edge_lookup, b.neighbours, cells.flat, foot, normal,
                 2 * PLANE_TOLERANCE * b.spacing, directions,
             )  # fmt: skip
-        self._project_sharp(position, mass, rank, planes, foot, normal)
+        sharp = (position, mass, rank, planes, foot, normal)
+        self._project_sharp(*sharp, self.implicit.value_and_gradient, _SHARP_ROUNDS)
+        if self.look != self.implicit.value_and_gradient:
+            self._project_sharp(*sharp, self.look, _POLISH_ROUNDS)
         if not self.draft:
+            self._settle_sharp(position, np.flatnonzero(rank > 1))
             self._project_smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
         return _Vertices(position, rank, directions, quads, between)
@@ -271,26 +275,10 @@ class _Run:
         planes: NDArray[np.int32],
         foot: FloatArray,
         normal: FloatArray,
-    ) -> None:
-        """Move sharp vertices onto the crease; those that are not sharp become smooth (rank 1)."""
-        self._step_sharp(position, mass, rank, planes, foot, normal, self.implicit.value_and_gradient, _SHARP_ROUNDS)
-        if self.look != self.implicit.value_and_gradient:
-            self._step_sharp(position, mass, rank, planes, foot, normal, self.look, _POLISH_ROUNDS)
-        if not self.draft:
-            self._settle_sharp(position, np.flatnonzero(rank > 1))
-
-    def _step_sharp(
-        self,
-        position: FloatArray,
-        mass: FloatArray,
-        rank: NDArray[np.int8],
-        planes: NDArray[np.int32],
-        foot: FloatArray,
-        normal: FloatArray,
         look: Evaluate,
         rounds: int,
     ) -> None:
-        """Step onto the planes seen from beside the crease."""
+        """Move sharp vertices onto the crease; those that are not sharp become smooth (rank 1)."""
         h = self.bricks.spacing
         start, last_step = position.copy(), np.full(len(position), np.inf)
         pending = np.flatnonzero(rank > 1)
@@ -370,7 +358,7 @@ class _Run:
         planes = np.arange(2 * len(points), dtype=np.int32).reshape(-1, 2)
         look = self.look if exactly else self.implicit.value_and_gradient
         rounds = _POLISH_ROUNDS if exactly else _SHARP_ROUNDS
-        self._step_sharp(moved, points, rank, planes, points, normals.reshape(-1, 3), look, rounds)
+        self._project_sharp(moved, points, rank, planes, points, normals.reshape(-1, 3), look, rounds)
         if exactly:
             self._settle_sharp(moved, np.flatnonzero(rank == 2))
         return moved, rank == 2

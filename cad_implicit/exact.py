@@ -26,7 +26,7 @@ from .centres import Centres
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError
-from .implicit import FloatArray, Implicit, polished
+from .implicit import Affine, FloatArray, Implicit, polished
 from .inscribed import largest_ball
 from .parallel import Progress, no_progress
 
@@ -48,14 +48,11 @@ _FIT_SPACING = 0.02
 #: The distance to S counts only if it differs from the part's own by this share of the spacing.
 _CHANGED = 1e-7
 
-
 #: The plane that a pushed ball touches is the one it was pushed against if both agree within so many tolerances, …
 _SAME_PLANE = 3.0
 
 #: … and this cosine.
 _SAME_DIRECTION = 0.999
-
-Affine = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
 
 
 class Shifted(Implicit):

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+#: What :meth:`Implicit.affine_within` gives.
+Affine = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
+
 #: A direction: the name of an axis, or a vector of any length.
 Axis = str | Sequence[float] | FloatArray
 
@@ -119,9 +122,7 @@ class Implicit(ABC):
         """Whether the surface comes nearer to points ``(N, D)`` than a radius in mm, or may do so; for distances."""
         return np.asarray(np.abs(self(points)) < radius)
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the function is linear, for certain: contouring need not look there again.
 
         Parameters

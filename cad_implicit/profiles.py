@@ -6,9 +6,9 @@ Where a gradient does not exist (centres, axes, ridges) one of its limits is giv
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .implicit import FloatArray, Implicit
+from .implicit import Affine, FloatArray, Implicit
 
 
 class _Analytic(Implicit):
@@ -55,9 +55,7 @@ class Box(_Analytic):
         value, weight = _meet(self._half - np.abs(x))
         return value, -np.where(x < 0, -1.0, 1.0) * weight
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where one face alone decides."""
         value, gradient = self.value_and_gradient(points)
         distances = np.sort(self._half - np.abs(points), axis=1)
@@ -83,9 +81,7 @@ class HalfSpace(_Analytic):
         x = np.asarray(points, np.float64)
         return self._offset - x @ self._normal, np.tile(-self._normal, (len(x), 1))
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Everywhere."""
         return *self.value_and_gradient(points), np.ones(len(points), np.bool_)
 

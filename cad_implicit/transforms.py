@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .implicit import Axis, FloatArray, Implicit, polished
+from .implicit import Affine, Axis, FloatArray, Implicit, polished
 
 #: Singular values that agree within this share make an even scaling: a composition of twenty turns loses 1e-15.
 _EVEN = 1e-12
@@ -68,9 +68,7 @@ class Placed(Implicit):
         """Whether the surface comes nearer to points than a radius, or may do so."""
         return self.parent.within(self._back(points), np.asarray(radius, np.float64) / self._factor)
 
-    def affine_within(
-        self, points: FloatArray, radius: float, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the parent is linear."""
         f = self._factor
         value, gradient, holds = self.parent.affine_within(self._back(points), radius / f, tolerance / f)

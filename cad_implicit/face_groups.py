@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .cad import OpenPart
-from .cad.edges import Edge, part_edges
+from .cad.edges import SHARP_DEGREES, Edge, part_edges
 from .distance import MeshDistance
 from .errors import SelectorError
 from .faces import FaceDistance
@@ -86,30 +87,44 @@ class FaceGroup(FaceDistance):
         return mesh, MeshDistance(mesh, sign="pseudonormal")
 
 
+class _Faces(Protocol):
+    """Faces of a B-rep or of a mesh."""
+
+    count: int
+
+    def face(self, number: int) -> FaceDistance:
+        """One face, by its number from 1."""
+
+    def halves(self, number: int, edge: Edge) -> tuple[FaceDistance, FaceDistance]:
+        """Parts of a face on the left and on the right of an edge within it."""
+
+
 class PartFaces:
-    """All faces of a B-rep part by number, alone and with their tangent neighbours.
+    """All faces of a part by number, alone and with their tangent neighbours.
 
     Parameters
     ----------
     part : OpenPart
-        Of a B-rep.
+        If it came as triangles, its faces are the pieces between sharp edges.
     reach : float
         How far in mm free-form faces are continued.
     found : sequence of Edge, optional
         The part's edges, if they are known.
-
-    Raises
-    ------
-    ValueError
-        If the part came as triangles.
+    sharp : float
+        For triangles: those that turn by more than this many degrees are of different faces; as the edges were found.
     """
 
-    def __init__(self, part: OpenPart, reach: float, found: Sequence[Edge] | None = None) -> None:
-        if part.shape is None:
-            raise ValueError("triangles have no faces in closed form; give a B-rep")
-        self.edges = part_edges(part) if found is None else tuple(found)
+    def __init__(
+        self,
+        part: OpenPart,
+        reach: float,
+        found: Sequence[Edge] | None = None,
+        sharp: float = SHARP_DEGREES,
+    ) -> None:
+        self.edges = part_edges(part, sharp) if found is None else tuple(found)
         self._part = part
         self._reach = reach
+        self._sharp = sharp
         self._known: dict[int, FaceDistance] = {}
 
     def face(self, number: int) -> FaceDistance:
@@ -121,12 +136,29 @@ class PartFaces:
             If there is no such face.
         """
         if number not in self._known:
-            from .cad.occ_faces import face_distance
-
-            if not 1 <= number <= len(self._shapes):
-                raise SelectorError(f"there is no face {number}; the part has {len(self._shapes)}")
-            self._known[number] = face_distance(self._shapes[number - 1], self._reach)
+            if not 1 <= number <= self._faces.count:
+                raise SelectorError(f"there is no face {number}; the part has {self._faces.count}")
+            self._known[number] = self._faces.face(number)
         return self._known[number]
+
+    def beside(self, edge: Edge) -> tuple[FaceDistance, FaceDistance]:
+        """Signed distances to the faces on the left and on the right of an edge, each with its tangent neighbours.
+
+        A free-form face that meets itself at a sharp edge is cut in the middle; each half goes on along its tangents.
+
+        Raises
+        ------
+        ValueError
+            If the edge has not two faces.
+        """
+        if len(edge.faces) != 2:
+            raise ValueError(f"edge {edge.number} is {edge.convexity}: it is not between two faces")
+        left, right = edge.faces
+        if left == right:
+            self.face(left)
+            return self._faces.halves(left, edge)
+        groups = self.groups(edge.faces)
+        return groups[left], groups[right]
 
     def groups(self, seeds: Iterable[int]) -> dict[int, FaceGroup]:
         """Each of some faces with the tangent neighbours that are nearer to it than to the others.
@@ -147,14 +179,23 @@ class PartFaces:
         return {seed: FaceGroup({n: self.face(n) for n in own}, mesh, beside) for seed, own in parts.items()}
 
     @cached_property
-    def _shapes(self) -> list[object]:
-        from .cad.occ_faces import all_faces
+    def _faces(self) -> _Faces:
+        if self._part.triangles is not None:
+            from .mesh_surfaces import MeshFaces
 
-        return all_faces(self._part.shape)
+            return MeshFaces(self._part.triangles, self._reach, self._sharp)
+        from .cad.occ_faces import ShapeFaces
+
+        return ShapeFaces(self._part.shape, self._reach)
 
     @cached_property
     def _mesh(self) -> Mesh:
-        return self._part.mesh()
+        if self._part.triangles is None:
+            return self._part.mesh()
+        from .cad.mesh_edges import segment
+
+        mesh = self._part.triangles
+        return Mesh(mesh.vertices, mesh.faces, segment(mesh, self._sharp) - 1)
 
 
 def smooth_neighbours(edges: Sequence[Edge]) -> dict[int, set[int]]:

@@ -2,7 +2,7 @@
 
 The ball of a fillet rolls on the two faces beside an edge, and near the ends of the edge on what would be their
 continuation. Planes, cylinders, cones (one nappe), spheres and tori go on as what they are, in closed form here;
-free-form faces are in :mod:`cad_implicit.spline_faces`, faces with their tangent neighbours in
+free-form faces are in :mod:`cad_implicit.spline_faces` and :mod:`cad_implicit.mesh_patches`, groups of faces in
 :mod:`cad_implicit.face_groups`.
 
 Where a gradient does not exist (axes, centres, apexes) one of its limits is given.
@@ -31,7 +31,7 @@ class FaceDistance(ABC):
     Attributes
     ----------
     kind : str
-        "plane", "cylinder", "cone", "sphere", "torus", "spline" or "group".
+        "plane", "cylinder", "cone", "sphere", "torus", "spline", "mesh" or "group".
     """
 
     kind: str

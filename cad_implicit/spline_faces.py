@@ -33,6 +33,8 @@ _STEPS = 30
 _LAST = 1e-9
 #: A foot is orthogonal if the way to it deviates from the normal by less than this; on creases it is not.
 _ORTHOGONAL = 1e-6
+#: Points along a face to find its middle.
+_ALONG = 257
 #: Points at once: the control points of 20,000 feet of a bicubic surface take 10 MB.
 _CHUNK = 20_000
 
@@ -73,6 +75,34 @@ class SplineFace(FaceDistance):
         x = np.ascontiguousarray(points, np.float64)
         uv, at = self._feet(x)
         return uv, at.s
+
+    def halves(self, one: FloatArray, other: FloatArray) -> tuple[SplineFace, SplineFace]:
+        """Cut the face in the middle between places on it, in the direction of the parameters that they differ most in.
+
+        Parameters
+        ----------
+        one, other : (N, 3) float64
+            Points near the face, such as those on the left and on the right of an edge at which it meets itself.
+
+        Returns
+        -------
+        two SplineFace
+            The half with ``one``, and that with ``other``.
+        """
+        places = [np.median(self.feet(points)[0], axis=0) for points in (one, other)]
+        apart = np.abs(places[1] - places[0]) / (self.surface.high - self.surface.low)
+        direction = int(apart.argmax())
+        way = np.repeat([(places[0] + places[1]) / 2], _ALONG, axis=0)
+        way[:, direction] = np.linspace(places[0][direction], places[1][direction], _ALONG)
+        length = np.cumsum(np.linalg.norm(np.diff(self.surface.extended(way).s, axis=0), axis=1))
+        middle = float(np.interp(length[-1] / 2, length, way[1:, direction]))
+        low, high = self.surface.low[direction], self.surface.high[direction]
+        parts = [
+            SplineFace(self.surface.restricted(direction, *ends), self._reach, side=self.side, offset=self.offset)
+            for ends in ((low, middle), (middle, high))
+        ]
+        first, second = parts if places[0][direction] < places[1][direction] else parts[::-1]
+        return first, second
 
     def _chunk(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         finite = np.asarray(np.isfinite(x).all(axis=1, keepdims=True))

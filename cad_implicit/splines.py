@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -67,9 +68,19 @@ class SplineSurface:
         self.closed = (self._is_closed(0), self._is_closed(1))
 
     def spans(self, direction: int) -> FloatArray:
-        """Distinct knots within the rectangle."""
-        k = np.unique(self.knots[direction])
-        return np.asarray(k[(k >= self.low[direction]) & (k <= self.high[direction])])
+        """Distinct knots within the rectangle, and its borders."""
+        low, high = self.low[direction], self.high[direction]
+        k = self.knots[direction]
+        return np.unique(np.concatenate([[low], k[(k > low) & (k < high)], [high]]))
+
+    def restricted(self, direction: int, low: float, high: float) -> SplineSurface:
+        """Give the surface over a smaller rectangle: between two parameters in one direction."""
+        smaller = copy(self)
+        smaller.low, smaller.high = self.low.copy(), self.high.copy()
+        smaller.low[direction], smaller.high[direction] = low, high
+        smaller.closed = (False, False)
+        smaller.closed = (smaller._is_closed(0), smaller._is_closed(1))
+        return smaller
 
     def extended(self, uv: FloatArray) -> Derivatives:
         """Positions and derivatives at any parameters ``(N, 2)``; third derivatives count as zero on continuations."""

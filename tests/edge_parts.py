@@ -174,3 +174,15 @@ def turned_section(corners: Sequence[tuple[float, float]], side: Any) -> Any:
         wire.Add(BRepBuilderAPI_MakeEdge(one, other).Edge())
     face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
     return BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()
+
+
+def all_rounded() -> Any:
+    """Block with a boss of radius 4, all of its edges rounded with radius 0.9."""
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.TopAbs import TopAbs_EDGE
+
+    shape = fused(cad_parts.box((20, 16, 6)), cylinder(4, 12, (9, 8, 0)))
+    maker = BRepFilletAPI_MakeFillet(shape)
+    for edge in occ.distinct(shape, TopAbs_EDGE):
+        maker.Add(0.9, occ.as_edge(edge))
+    return maker.Shape()

@@ -162,6 +162,41 @@ def test_neighbours_go_to_the_nearest_seed() -> None:
     assert tangent_neighbours(beside, [8, 9]) == {8: [8, 7], 9: [9]}
 
 
+def test_face_that_meets_itself() -> None:
+    """The side of the teardrop, cut at its nose: each half goes on along its tangents."""
+    shape = edge_parts.teardrop()
+    faces = PartFaces(open_part(shape), 3.0)
+    (edge,) = (edge for edge in faces.edges if edge.convexity == "convex" and edge.faces[0] == edge.faces[1])
+    left, right = faces.beside(edge)
+    whole = faces.face(edge.faces[0])
+    rng = np.random.default_rng(8)
+    angle = rng.uniform(0.05, np.pi / 2 - 0.1, 200)
+    upper = np.column_stack([6 * np.sin(angle), 3 * np.sin(2 * angle), rng.uniform(1, 4, 200)])
+    upper += 0.2 * whole.value_and_gradient(upper)[1]
+    lower = upper * [1, -1, 1]
+    first, second = (upper, lower) if np.abs(left(upper)).max() < 0.3 else (lower, upper)
+    assert left(first) == pytest.approx(whole(first), abs=1e-9)
+    assert right(second) == pytest.approx(whole(second), abs=1e-9)
+    assert right(first) == pytest.approx(left(second), abs=1e-6)
+    # along its tangent beyond the edge, and beyond the nose
+    for half, normal, side in ((left, edge.normals[0, 0], 1.0), (right, edge.normals[0, 1], -1.0)):
+        beyond = edge.points.mean(axis=0) - side * 2 * np.cross(normal, edge.tangents[0])
+        value, gradient = half.value_and_gradient(beyond[None] + 0.5 * normal)
+        assert value == pytest.approx(-0.5, abs=1e-9)
+        assert gradient[0] == pytest.approx(-normal, abs=1e-9)
+        assert half([[8.0, 0.0, 2.5]]) == pytest.approx(-2, abs=1e-3)
+
+
+def test_two_faces_beside_an_edge() -> None:
+    faces = PartFaces(open_part(edge_parts.slotted_plate()), 3.0)
+    edge = next(edge for edge in faces.edges if edge.convexity == "concave")
+    left, right = faces.beside(edge)
+    groups = faces.groups(edge.faces)
+    x = np.random.default_rng(9).uniform(-6, 6, (50, 3))
+    assert (left(x) == groups[edge.faces[0]](x)).all()
+    assert (right(x) == groups[edge.faces[1]](x)).all()
+
+
 def _triangle() -> ci.Mesh:
     return ci.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
@@ -170,5 +205,8 @@ def test_faces_that_are_not_there() -> None:
     faces = PartFaces(open_part(cad_parts.box((1, 2, 3))), 1.0)
     with pytest.raises(SelectorError, match="no face 7; the part has 6"):
         faces.face(7)
-    with pytest.raises(ValueError, match="give a B-rep"):
-        PartFaces(open_part(_triangle()), 1.0)
+    faces = PartFaces(open_part(_triangle()), 1.0)
+    with pytest.raises(SelectorError, match="no face 2; the part has 1"):
+        faces.face(2)
+    with pytest.raises(ValueError, match="edge 1 is boundary: it is not between two faces"):
+        faces.beside(faces.edges[0])

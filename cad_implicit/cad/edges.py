@@ -231,6 +231,13 @@ def _continued(
     return pairs
 
 
+def aside(edge: Edge, step: float) -> tuple[FloatArray, FloatArray]:
+    """Points ``(P - 1, 3)`` on the left and on the right of the middles of an edge's segments, a step in mm away."""
+    middles = (edge.points[1:] + edge.points[:-1]) / 2
+    left, right = np.cross(edge.normals, edge.tangents[:, None]).transpose(1, 0, 2)
+    return middles + step * (left[1:] + left[:-1]) / 2, middles - step * (right[1:] + right[:-1]) / 2
+
+
 def unit(vectors: FloatArray) -> FloatArray:
     """Vectors ``(..., 3)`` of length 1; those of length 0 stay."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -43,7 +43,7 @@ def mesh_edges(mesh: Mesh, sharp: float) -> list[Edge]:
     sharp : float
         Triangles that turn by more than this many degrees meet at an edge.
     """
-    segments, pieces = _segments(mesh, sharp)
+    segments, pieces, _ = _segments(mesh, sharp)
     lines = _lines(mesh, segments)
     corners: dict[int, int] = {}
     for line in lines:
@@ -57,8 +57,13 @@ def segment(mesh: Mesh, sharp: float) -> NDArray[np.int64]:
     return _segments(mesh, sharp)[1]
 
 
-def _segments(mesh: Mesh, sharp: float) -> tuple[_Segments, Ints]:
-    """Sharp segments, and the piece of surface of each triangle."""
+def segment_and_join(mesh: Mesh, sharp: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """As :func:`segment`, and the pairs ``(P, 2)`` of triangles that meet at no edge, and so are of one face."""
+    return _segments(mesh, sharp)[1:]
+
+
+def _segments(mesh: Mesh, sharp: float) -> tuple[_Segments, Ints, Ints]:
+    """Sharp segments, the piece of surface of each triangle, and the pairs of triangles without an edge between."""
     start = mesh.faces.ravel().astype(np.int64)
     end = np.roll(mesh.faces, -1, axis=1).ravel().astype(np.int64)
     low, high = np.minimum(start, end), np.maximum(start, end)
@@ -79,7 +84,8 @@ def _segments(mesh: Mesh, sharp: float) -> tuple[_Segments, Ints]:
     pieces = groups(len(mesh.faces), triangles[~is_sharp])[0].astype(np.int64) + 1
     beside = np.sort(np.where(triangles >= 0, pieces[triangles], triangles), axis=1)[is_sharp]
     kind = np.unique(np.column_stack([beside, turn[is_sharp] > 0]), axis=0, return_inverse=True)[1].ravel()
-    return _Segments(vertices[is_sharp], triangles[is_sharp], normals[is_sharp], kind.astype(np.int64)), pieces
+    sharp_ones = _Segments(vertices[is_sharp], triangles[is_sharp], normals[is_sharp], kind.astype(np.int64))
+    return sharp_ones, pieces, triangles[~is_sharp]
 
 
 def _lines(mesh: Mesh, segments: _Segments) -> list[list[int]]:

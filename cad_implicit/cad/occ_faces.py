@@ -27,12 +27,46 @@ from cad_implicit.implicit import FloatArray
 from cad_implicit.spline_faces import SplineFace
 from cad_implicit.splines import SplineSurface
 
+from .edges import Edge, aside
 from .occ import Shape, as_face, distinct
+
+#: Points on the two sides of an edge are this share of its length away from it.
+_ASIDE = 1e-3
 
 
 def all_faces(shape: Shape) -> list[Shape]:
     """Faces of a shape in the order of their numbers, each as the shape holds it first."""
     return list(distinct(shape, TopAbs_FACE))
+
+
+class ShapeFaces:
+    """Faces of a shape by number.
+
+    Parameters
+    ----------
+    shape : TopoDS_Shape
+    reach : float
+        How far in mm free-form faces are continued.
+
+    Attributes
+    ----------
+    count : int
+        Number of faces.
+    """
+
+    def __init__(self, shape: Shape, reach: float) -> None:
+        self._shapes = all_faces(shape)
+        self._reach = reach
+        self.count = len(self._shapes)
+
+    def face(self, number: int) -> FaceDistance:
+        """Signed distance to one face and its continuation."""
+        return face_distance(self._shapes[number - 1], self._reach)
+
+    def halves(self, number: int, edge: Edge) -> tuple[FaceDistance, FaceDistance]:
+        """Signed distances to the halves of a face beside an edge at which it meets itself."""
+        face = self.face(number)
+        return face.halves(*aside(edge, _ASIDE * edge.length)) if isinstance(face, SplineFace) else (face, face)
 
 
 def face_distance(face: Shape, reach: float) -> FaceDistance:

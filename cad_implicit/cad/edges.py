@@ -32,6 +32,10 @@ TANGENT_DEGREES = 1.0
 SHARP_DEGREES = 25.0
 
 
+#: Points lie on an edge if they are nearer to it than this share of the diagonal: twice the error of its polyline.
+_SAME_PLACE = 1e-3
+
+
 @dataclass(frozen=True, eq=False)
 class Edge:
     """One edge of a part.
@@ -158,6 +162,54 @@ def selected(found: Sequence[Edge], selector: str) -> tuple[Edge, ...]:
         [edge.convexity for edge in found],
     )
     return tuple(found[position] for position in select(selector, candidates))
+
+
+def edge_number(part: OpenPart, found: Sequence[Edge], one: Any) -> int:
+    """Number of an edge, however it is given.
+
+    Parameters
+    ----------
+    part : OpenPart
+    found : sequence of Edge
+        All of its edges.
+    one : int, Edge, edge of CadQuery or build123d, TopoDS_Edge, or (N, 3) points along it in mm
+        Of a B-rep the very edge if the part has it, else the one in the same place.
+
+    Raises
+    ------
+    SelectorError
+        If the part has no such edge.
+    """
+    if isinstance(one, int | np.integer):
+        return int(one)
+    if isinstance(one, Edge):
+        return one.number
+    shape = getattr(one, "wrapped", one)
+    if part.shape is not None and hasattr(shape, "TShape"):
+        from .occ_edges import number_of, points_along
+
+        number = number_of(part.shape, shape)
+        if number:
+            return number
+        one = points_along(shape)
+    try:
+        points = np.asarray(one, np.float64).reshape(-1, 3)
+    except (TypeError, ValueError):
+        raise SelectorError(f"{one!r} is no edge: give a selector, a number, an edge of the part, or points") from None
+    away = [float(_distances(points, edge.points).max()) for edge in found]
+    limit = _SAME_PLACE * float(np.linalg.norm(part.bounds[1] - part.bounds[0]))
+    if not away or min(away) > limit:
+        x, y, z = points[len(points) // 2]
+        raise SelectorError(f"the part has no edge at ({x:.4g}, {y:.4g}, {z:.4g}) mm")
+    return found[int(np.argmin(away))].number
+
+
+def _distances(points: FloatArray, line: FloatArray) -> FloatArray:
+    """Distances (N,) of points (N, 3) from a polyline (P, 3)."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((along * along).sum(axis=1), 1e-300)
+    t = np.clip(((points[:, None] - start) * along).sum(axis=2) / length, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(points[:, None] - start - t[:, :, None] * along, axis=2).min(axis=1))
 
 
 def turns(tangents: FloatArray, normals: FloatArray) -> FloatArray:

@@ -64,6 +64,17 @@ def shape_edges(shape: Shape, tolerance: float | None = None) -> list[Edge]:
     return edges
 
 
+def number_of(shape: Shape, edge: Shape) -> int:
+    """Number of an edge of a shape, 0 if the shape does not hold it."""
+    return int(shape_map(shape, TopAbs_EDGE).FindIndex(edge))
+
+
+def points_along(edge: Shape) -> FloatArray:
+    """Points ``(5, 3)`` in mm along an edge."""
+    curve = BRepAdaptor_Curve(as_edge(edge))
+    return _along(curve, np.linspace(curve.FirstParameter(), curve.LastParameter(), _POINTS))[0]
+
+
 def _uses(shape: Shape) -> Iterator[_Use]:
     """Every use of an edge by the boundary of a face that bounds the material."""
     numbers = shape_map(shape, TopAbs_FACE)

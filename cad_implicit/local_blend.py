@@ -1,0 +1,251 @@
+"""Local blends: fillets, rounds and chamfers of chosen edges, as in CAD.
+
+The closing and opening of a whole part by a ball fade out at open ends of edges, and delete what is thinner than the
+ball. Local blends have their full radius up to the ends, do not care how thin the part is elsewhere, and change nothing
+but the neighbourhood of the chosen edges: the ball touches the two faces beside an edge, continued beyond their
+borders, and no others. Convex edges are rounded first by intention, then concave ones filled: ``(part | added) - removed``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import sizing
+from .cad import OpenPart, open_part
+from .cad.edges import Edge, part_edges
+from .choices import Edges, choose
+from .distance import MeshDistance
+from .errors import RadiusError
+from .face_groups import PartFaces
+from .implicit import FloatArray, Implicit
+from .layout import Laid, lay
+from .mesh import Mesh
+from .parallel import Progress, no_progress
+from .rails import Choice, Radius, rails
+from .strips import Regions
+
+Pair = tuple[FloatArray, FloatArray]
+
+#: How far regions stick out of the part, in spacings and in radii: less than two spacings is contoured only roughly.
+_MARGIN_SPACINGS = 2.0
+_MARGIN_RADII = 0.02
+
+#: How far free-form faces are continued, in radii.
+_REACH = 8.0
+
+#: Relative width at which the search for the largest radius ends.
+_RADIUS_FOUND = 1e-4
+
+
+class LocalBlend(Implicit):
+    """A part with some regions taken off and others filled in.
+
+    Attributes
+    ----------
+    parent : MeshDistance
+        The part.
+    laid : dict of str to Laid
+        What is taken off ("convex") and filled in ("concave"), and where the balls' centres run.
+    removed, added : Regions or None
+    """
+
+    lipschitz = 2.0
+
+    def __init__(self, parent: MeshDistance, laid: dict[str, Laid], spacing: float) -> None:
+        self.parent, self.laid, self.spacing = parent, laid, spacing
+        self.removed, self.added = (
+            Regions(laid[kind].regions) if kind in laid and laid[kind].regions else None
+            for kind in ("convex", "concave")
+        )
+        self.bounds = parent.bounds
+        if self.added is not None:
+            low, high = self.added.bounds
+            self.bounds = np.stack([np.minimum(self.bounds[0], low), np.maximum(self.bounds[1], high)])
+
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        return self.value_and_gradient(points)[0]
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """Gradients (N, 3) of what decides."""
+        return self.value_and_gradient(points)[1]
+
+    def value_and_gradient(self, points: ArrayLike) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        x = np.asarray(points, np.float64)
+        value, gradient = self.parent.value_and_gradient(x)
+        if self.added is not None:
+            f, slope = self.added.value_and_gradient(x)
+            more = f > value
+            value, gradient = np.where(more, f, value), np.where(more[:, None], slope, gradient)
+        if self.removed is not None:
+            f, slope = self.removed.value_and_gradient(x)
+            less = -f < value
+            value, gradient = np.where(less, -f, value), np.where(less[:, None], -slope, gradient)
+        return value, gradient
+
+    def mesh(self, *, threads: int | None = None, progress: Progress = no_progress) -> Mesh:
+        """Mesh of the result: the part's own triangles, but for the neighbourhood of the blends.
+
+        Raises
+        ------
+        OpenMeshError
+            If the part is not closed; :func:`cad_implicit.contour` works all the same.
+        """
+        from .stitching import stitched
+
+        pieces = [[] if regions is None else regions.clusters() for regions in (self.added, self.removed)]
+        return stitched(
+            self.parent.mesh, *pieces, self.spacing or 0.0, shape=self.parent, threads=threads, progress=progress
+        )
+
+
+def blend_edges(
+    part: Any,
+    radius: Radius | None,
+    edges: Edges,
+    *,
+    kinds: Sequence[str] = ("convex", "concave"),
+    second: float | None = None,
+    chamfer: bool = False,
+    tangent: bool = True,
+    spacing: float | None = None,
+    tolerance: float | None = None,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+) -> LocalBlend:
+    """Blend chosen edges of a part; what :func:`cad_implicit.fillet` and its like do if edges are given.
+
+    Parameters
+    ----------
+    part : path, host object, or triangles
+        As for :func:`cad_implicit.to_mesh`.
+    radius : Radius or None
+        In mm, for edges without one of their own; for chamfers the length on the face on the left.
+    edges : Edges
+        See :func:`cad_implicit.fillet`.
+    kinds : sequence of str
+        Convexities that are allowed.
+    second : float, optional
+        Length of chamfers on the face on the right.
+    chamfer : bool
+    tangent : bool
+        Whether edges that go on smoothly are blended, too.
+    spacing, tolerance : float, optional
+        At most one of them, in mm.
+
+    Raises
+    ------
+    SelectorError
+        If no edge is chosen, or one that cannot be blended is.
+    RadiusError
+        If a radius is not positive, or does not fit: names the edge and the largest that does.
+    """
+    opened = open_part(part)
+    found = part_edges(opened)
+    if chamfer and second is None and not callable(radius) and not isinstance(radius, tuple):
+        second = radius
+    choices = choose(opened, found, edges, radius, second=second, tangent=tangent, kinds=kinds)
+    radii = [_largest(choice) for choice in choices]
+    smallest, largest = min(min(_range(choice)) for choice in choices), max(radii)
+    h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance)
+    progress("spines", 0.0)
+    faces = PartFaces(opened, _REACH * largest, found)
+    margin = max(_MARGIN_SPACINGS * h, _MARGIN_RADII * largest)
+    try:
+        laid = _laid(choices, faces, found, margin)
+    except RadiusError as error:
+        fits = _fitting(choices, faces, found, margin)
+        advice = f"; the largest radius for these edges is {fits * largest:.4g} mm" if fits > 0 else ""
+        raise RadiusError(f"{error}{advice}") from None
+    progress("spines", 1.0)
+    mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
+    return LocalBlend(MeshDistance(mesh, threads=threads), laid, h)
+
+
+def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:
+    """Largest radius in mm at which all chosen edges can be blended without a face being consumed.
+
+    Parameters are those of :func:`blend_edges`.
+
+    Raises
+    ------
+    SelectorError
+        If no edge is chosen, or one that cannot be blended is.
+    """
+    opened = open_part(part)
+    found = part_edges(opened)
+    choices = choose(opened, found, edges, 1.0, tangent=tangent)
+    return largest_radius(opened, found, choices)
+
+
+def largest_radius(part: OpenPart, found: Sequence[Edge], choices: Sequence[Choice]) -> float:
+    """Largest radius in mm for chosen edges, 0 if there is none; see :func:`max_radius`."""
+    size = float(np.linalg.norm(part.bounds[1] - part.bounds[0]))
+    faces = PartFaces(part, size, found)
+    whole = [Choice(choice.edge, size) for choice in choices]
+    return size * _fitting(whole, faces, found, 0.0)
+
+
+def _laid(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float) -> dict[str, Laid]:
+    laid = {}
+    for kind in ("convex", "concave"):
+        own = [choice for choice in choices if choice.edge.convexity == kind]
+        if own:
+            laid[kind] = lay(rails(own, faces), faces, found, margin)
+    return laid
+
+
+def _fitting(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float) -> float:
+    """Largest factor below 1 by which radii fit, 0 if none does."""
+    low, high = 0.0, 1.0
+    while high - low > _RADIUS_FOUND * high and high > 1e-6:
+        middle = (low + high) / 2 if low > 0 else high / 4
+        try:
+            _laid([_scaled(choice, middle) for choice in choices], faces, found, margin * middle)
+        except RadiusError:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+def _scaled(choice: Choice, factor: float) -> Choice:
+    radius = choice.radius
+    second = None if choice.second is None else factor * choice.second
+    if isinstance(radius, int | float):
+        return Choice(choice.edge, factor * radius, second)
+    if isinstance(radius, tuple):
+        return Choice(choice.edge, (factor * radius[0], factor * radius[1]), second)
+    return Choice(choice.edge, _Times(radius, factor), second)
+
+
+class _Times:
+    """A function times a factor; two of the same are equal, so that edges with them stay together."""
+
+    def __init__(self, function: Any, factor: float) -> None:
+        self.function, self.factor = function, factor
+
+    def __call__(self, fraction: float) -> float:
+        return self.factor * float(self.function(fraction))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Times) and (self.function, self.factor) == (other.function, other.factor)
+
+    def __hash__(self) -> int:
+        return hash((self.function, self.factor))
+
+
+def _range(choice: Choice) -> list[float]:
+    """Radii of a choice, at some places."""
+    if callable(choice.radius):
+        return [float(choice.radius(f)) for f in np.linspace(0, 1, 33).tolist()]
+    radii = [float(r) for r in np.atleast_1d(np.asarray(choice.radius, np.float64))]
+    return radii if choice.second is None else [*radii, choice.second]
+
+
+def _largest(choice: Choice) -> float:
+    return max(_range(choice))

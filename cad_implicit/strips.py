@@ -1,0 +1,328 @@
+"""Regions that local blends take off or fill in: strips along edges, and corners where strips meet.
+
+Each is a function of points, positive inside. Inside it are the points beside an edge that the ball of a blend does not
+reach, or that are beyond a chamfer; its other borders lie a margin outside of the part's surface, so that only the blend
+itself, and the ends of strips, are cut into the part.
+
+Not promised: values are no distances away from the blend.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from . import parallel
+from .implicit import FloatArray, Implicit
+from .kernels import canal
+from .spines import Spine, Support, speed
+
+#: How far a strip goes into the corner where it ends, as a share of the radius: enough for no gap between them, and
+#: its ball is less than this squared off there.
+_OVERLAP = 0.002
+
+#: Steepest line of a face over its tangent that is followed.
+_STEEPEST = 5.0
+
+Pair = tuple[FloatArray, FloatArray]
+
+
+class Region(ABC):
+    """A function of points, positive inside.
+
+    Attributes
+    ----------
+    box : (2, 3) float64
+        Lower and upper corner in mm of a box that holds its inside.
+    """
+
+    box: FloatArray
+
+    @abstractmethod
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3) at points (N, 3) in mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """Where a strip ends: at a face that the edge runs into.
+
+    Attributes
+    ----------
+    support : Support
+        The face, continued.
+    side : float
+        On which side of it, as a support tells, the strip is kept.
+    end : 0 or 1
+        At which end of the strip.
+    way : float
+        How far along the spine in mm it begins, or ceases, to matter.
+    margin : float
+        By how many mm the strip goes past it.
+    """
+
+    support: Support
+    side: float
+    end: Literal[0, 1]
+    way: float
+    margin: float
+
+    def limit(self, points: FloatArray, ways: FloatArray, value: FloatArray, gradient: FloatArray) -> None:
+        """Cut values (N,) and gradients (N, 3) of a strip at points so far along its spine, in place."""
+        near = np.flatnonzero(ways <= self.way if self.end == 0 else ways >= self.way)
+        if len(near) == 0:
+            return
+        f, slope = self.support(points[near])
+        f = self.side * f + self.margin
+        less = f < value[near]
+        value[near[less]] = f[less]
+        gradient[near[less]] = self.side * slope[less]
+
+
+class Strip(Region):
+    """The strip along an edge.
+
+    Parameters
+    ----------
+    spine : Spine
+        For a blend. All of it solved.
+    supports : two Supports
+        The faces beside the edge.
+    margin : float
+        How far in mm it goes beyond the faces.
+    corners : two bools
+        Whether it starts, and ends, at a corner.
+    legs : (N, 2, 3) float64, optional
+        For a chamfer: from the points of the edge to where it meets the faces.
+    """
+
+    def __init__(
+        self,
+        spine: Spine,
+        supports: Sequence[Support],
+        margin: float,
+        corners: tuple[bool, bool] = (False, False),
+        legs: FloatArray | None = None,
+    ) -> None:
+        self.spine, self.margin = spine, margin
+        self.ball = legs is None
+        touching = spine.touching() if legs is None else spine.edge[:, None] + legs
+        self._origins = spine.centres if legs is None else spine.edge
+        self._reaches = touching - self._origins[:, None]
+        directions = spine.tangents
+        out = np.stack([-support(touching[:, side])[1] for side, support in enumerate(supports)], axis=1)
+        self._directions = np.ascontiguousarray(directions)
+        self._normals = spine.contacts if legs is None else out
+        self._turns, self._lines = _face_lines(spine, touching, self._normals, out, supports)
+        self._spans = speed(self._origins[:-1], self._origins[1:], directions[:-1], directions[1:])
+        self._ways = np.concatenate([[0.0], np.cumsum(self._spans)])
+        overlap = _OVERLAP * float(spine.radius.max())
+        self._overlaps = np.array([overlap if corner else 0.0 for corner in corners])
+        self._slope = spine.slope if self.ball else np.zeros_like(spine.slope)
+        reach = np.linalg.norm(spine.edge - self._origins, axis=1)
+        self._reach = float(np.maximum(reach, np.linalg.norm(self._reaches, axis=2).max(axis=1)).max()) + 2 * margin
+        held = np.concatenate([touching.reshape(-1, 3), spine.edge])
+        pad = 2 * margin + overlap + self._bulge()
+        self.box = np.stack([held.min(axis=0) - pad, held.max(axis=0) + pad])
+
+    def way(self, at: ArrayLike) -> FloatArray:
+        """Ways (N,) in mm along the spine for positions (N,) along the edge."""
+        return np.interp(at, self.spine.at, self._ways)
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        value, gradient, _ = self.evaluate(points)
+        return value, gradient
+
+    def evaluate(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Values (N,), gradients (N, 3), and how far (N,) along the spine in mm the points are."""
+        count = len(points)
+        limit = 1.5 * self._reach + self._gap
+        far, sample = self._tree.query(points, distance_upper_bound=limit)
+        value, gradient, way = np.full(count, -0.5 * self._reach), np.zeros((count, 3)), np.zeros(count)
+        near = np.flatnonzero(np.isfinite(far))
+        out = (np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros(len(near)))
+        with parallel.threads(None, len(near)):
+            canal.strip(
+                np.ascontiguousarray(points[near]), sample[near], self._origins, self._directions, self._spans,
+                self._ways, self.spine.radius, self._slope, self._reaches, self._normals, self._lines, self._turns,
+                self.spine.closed, self.ball, self.margin, self._overlaps, *out,
+            )  # fmt: skip
+        value[near], gradient[near], way[near] = out
+        return value, gradient, way
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self._origins)
+
+    @cached_property
+    def _gap(self) -> float:
+        return float(self._spans.max(initial=0.0))
+
+    def _bulge(self) -> float:
+        """How far the strip may bulge between samples."""
+        chord = np.linalg.norm(np.diff(self._origins, axis=0), axis=1)
+        return float((self._spans - chord).max(initial=0.0)) + 0.01 * float(chord.max(initial=0.0))
+
+
+def _face_lines(
+    spine: Spine, touching: FloatArray, normals: FloatArray, out: FloatArray, supports: Sequence[Support]
+) -> Pair:
+    """Lines of the faces beyond the contacts (N, 2, 4), and which way (2,) is along them."""
+    lines, turns = np.zeros((len(spine.at), 2, 4)), np.ones(2)
+    size = np.linalg.norm(touching - spine.edge[:, None], axis=2)
+    for side, support in enumerate(supports):
+        to_edge = spine.edge - touching[:, side]
+        along = np.cross(spine.tangents, normals[:, side])
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        turns[side] = np.sign(np.median((along * to_edge).sum(axis=1)))
+        along *= turns[side]
+        lines[:, side, 0] = np.maximum((along * to_edge).sum(axis=1), 1e-3 * size[:, side] + 1e-12)
+        lines[:, side, 1] = (normals[:, side] * to_edge).sum(axis=1)
+        at_edge = -support(spine.edge)[1]
+        for column, normal in ((2, out[:, side]), (3, at_edge)):
+            rise = (normal * normals[:, side]).sum(axis=1)
+            steep = -(normal * along).sum(axis=1) / np.maximum(rise, 1 / _STEEPEST)
+            lines[:, side, column] = np.clip(steep, -_STEEPEST, _STEEPEST)
+    return turns, lines
+
+
+class Trimmed(Region):
+    """A strip with its ends cut."""
+
+    def __init__(self, strip: Strip, cuts: Sequence[Cut]) -> None:
+        self.strip, self.cuts = strip, tuple(cuts)
+        self.box = strip.box
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        value, gradient, ways = self.strip.evaluate(points)
+        for cut in self.cuts:
+            cut.limit(points, ways, value, gradient)
+        return value, gradient
+
+
+class Mitre(Region):
+    """What two strips have in common beyond faces."""
+
+    def __init__(self, regions: Sequence[Region], beyond: Sequence[Support]) -> None:
+        self._regions, self._beyond = tuple(regions), tuple(beyond)
+        low = np.max([region.box[0] for region in regions], axis=0)
+        high = np.min([region.box[1] for region in regions], axis=0)
+        self.box = np.stack([low, np.maximum(low, high)])
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        value, gradient = self._regions[0].value_and_gradient(points)
+        for other in (*(region.value_and_gradient for region in self._regions[1:]), *self._beyond):
+            f, slope = other(points)
+            less = f < value
+            value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
+        return value, gradient
+
+
+class Corner(Region):
+    """What a ball that touches three or more faces does not reach of their corner.
+
+    Parameters
+    ----------
+    centre : (3,) float64
+        Of the ball, in mm.
+    radius : float
+    contacts : (K, 3) float64
+        Unit directions from the centre to where it touches, in order around the corner.
+    tip : (3,) float64
+        Where the faces meet.
+    margin : float
+        How far in mm it goes beyond the faces.
+    """
+
+    def __init__(self, centre: FloatArray, radius: float, contacts: FloatArray, tip: FloatArray, margin: float) -> None:
+        self._centre, self._radius, self._contacts = centre, radius, contacts
+        walls = np.cross(contacts, np.roll(contacts, -1, axis=0))
+        walls *= np.sign(walls @ contacts.sum(axis=0))[:, None]
+        self._walls = walls / np.linalg.norm(walls, axis=1)[:, None]
+        # curved faces leave the tangent planes on the way to the tip
+        heights = np.maximum(contacts @ (tip - centre) - radius, 0.0)
+        self._heights = radius + 1.1 * heights + margin
+        far = 1.2 * float(np.linalg.norm(tip - centre)) + 2 * margin
+        self.box = np.stack([centre - far, centre + far])
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        away = points - self._centre
+        length = np.linalg.norm(away, axis=1)
+        value = length - self._radius
+        gradient = away / np.where(length > 0, length, 1.0)[:, None]
+        within = away @ self._walls.T
+        within[within > 0] *= canal.STEEP
+        below = self._heights - away @ self._contacts.T
+        for parts, slopes in ((within, canal.STEEP * self._walls), (below, -self._contacts)):
+            which = parts.argmin(axis=1)
+            least = parts[np.arange(len(parts)), which]
+            less = least < value
+            value[less], gradient[less] = least[less], slopes[which[less]]
+        return value, gradient
+
+
+class Regions(Implicit):
+    """Several regions as one shape.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+
+    #: Sectors of bent spines change faster than distances.
+    lipschitz = 2.0
+
+    def __init__(self, regions: Sequence[Region]) -> None:
+        self.regions = tuple(regions)
+        boxes = np.array([region.box for region in regions])
+        self.bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        return self.value_and_gradient(points)[0]
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """Gradients (N, 3) of the region that decides."""
+        return self.value_and_gradient(points)[1]
+
+    def value_and_gradient(self, points: ArrayLike) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        x = np.ascontiguousarray(points, np.float64)
+        value, gradient = np.full(len(x), -np.inf), np.zeros_like(x)
+        for region in self.regions:
+            outside = np.maximum(np.maximum(region.box[0] - x, x - region.box[1]), 0.0)
+            f = -np.sqrt((outside * outside).sum(axis=1))
+            near = np.flatnonzero(f == 0.0)
+            slope = np.zeros_like(x)
+            if len(near):
+                f[near], slope[near] = region.value_and_gradient(x[near])
+            more = f > value
+            value[more], gradient[more] = f[more], slope[more]
+        return value, gradient
+
+    def clusters(self) -> list[Regions]:
+        """Regions whose boxes do not overlap, apart."""
+        boxes = np.array([region.box for region in self.regions])
+        meet = ((boxes[:, None, 0] <= boxes[None, :, 1]) & (boxes[None, :, 0] <= boxes[:, None, 1])).all(axis=2)
+        label = _labels(meet)
+        return [
+            Regions([r for r, own in zip(self.regions, label, strict=True) if own == one]) for one in np.unique(label)
+        ]
+
+
+def _labels(meet: NDArray[np.bool_]) -> NDArray[np.int32]:
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    return np.asarray(connected_components(csr_array(meet), directed=False)[1])

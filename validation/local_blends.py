@@ -82,10 +82,16 @@ class Outcome:
 
 def blended_mesh(part: OpenPart, sizes: Mapping[int, Size], blend: Blend, spacing: float) -> Mesh:
     """Triangles of a local blend by this package."""
-    import cad_implicit as ci
+    from cad_implicit.local_blend import blend_edges
 
-    operation: Callable[..., Any] = ci.chamfer if blend == "chamfer" else ci.fillet
-    return operation(part, edges=dict(sizes), spacing=spacing).mesh()  # type: ignore[no-any-return]
+    if blend == "fillet":
+        return blend_edges(part, None, dict(sizes), spacing=spacing).mesh()
+    seconds = {size[1] for size in sizes.values() if isinstance(size, tuple)}
+    firsts = {number: size[0] if isinstance(size, tuple) else size for number, size in sizes.items()}
+    second = seconds.pop() if seconds else None
+    if second is None and len(set(firsts.values())) == 1:
+        second = next(iter(firsts.values()))
+    return blend_edges(part, None, firsts, spacing=spacing, chamfer=True, second=second).mesh()
 
 
 def perform(index: int, triple: Triple) -> Outcome:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .implicit import FloatArray
+from .kernels.nurbs import Spline
 
 #: Ends of a closed direction meet within this share of the control points' diagonal, and their tangents within this
 #: cosine (1 degree).
@@ -26,15 +27,6 @@ class Derivatives:
     uu: FloatArray
     uv: FloatArray
     vv: FloatArray
-
-    def take(self, rows: NDArray[np.intp]) -> Derivatives:
-        """Those of some rows."""
-        return Derivatives(*(getattr(self, name.name)[rows] for name in fields(self)))
-
-    def put(self, rows: NDArray[np.intp], other: Derivatives) -> None:
-        """Replace those of some rows."""
-        for name in fields(self):
-            getattr(self, name.name)[rows] = getattr(other, name.name)
 
 
 class SplineSurface:
@@ -66,6 +58,12 @@ class SplineSurface:
         #: Whether the surface comes back smoothly to where it starts, in each direction.
         self.closed = (False, False)
         self.closed = (self._is_closed(0), self._is_closed(1))
+
+    @property
+    def spline(self) -> Spline:
+        """The surface as kernels take it."""
+        degrees, closed = np.array(self.degrees), np.array(self.closed)
+        return Spline(self._homogeneous, *self.knots, degrees, self.low, self.high, closed)
 
     def spans(self, direction: int) -> FloatArray:
         """Distinct knots within the rectangle, and its borders."""

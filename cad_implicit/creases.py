@@ -78,7 +78,7 @@ def refine_creases(
         if len(split) == 0:
             break
         count = len(points)
-        triangles = _split(triangles, edges, split, count)
+        triangles = split_edges(triangles, edges, split, count)
         points = np.concatenate([points, middle[split]])
         normals.append(edges.normals[split])
         sharp = np.concatenate([sharp, np.ones(len(split), np.bool_)])
@@ -93,7 +93,7 @@ def refine_creases(
 
 
 @dataclass(frozen=True, eq=False)
-class _Edges:
+class Edges:
     """Sharp edges: ends (E, 2), normals of both faces (E, 2, 3), and the triangle and corner (E, 2) of each side."""
 
     ends: NDArray[np.int64]
@@ -101,7 +101,7 @@ class _Edges:
     triangle: NDArray[np.int64]
     corner: NDArray[np.int64]
 
-    def where_bent(self, points: FloatArray, spacing: float) -> _Edges:
+    def where_bent(self, points: FloatArray, spacing: float) -> Edges:
         """Those whose sagitta may count, as the crease turns at their ends."""
         along = points[self.ends[:, 1]] - points[self.ends[:, 0]]
         length = np.linalg.norm(along, axis=1)
@@ -114,10 +114,10 @@ class _Edges:
         unknown = np.isnan(angle).all(axis=1)
         largest = np.where(unknown, np.inf, np.fmax(angle[:, 0], angle[:, 1]))
         chosen = largest * length > 4 * _SAGITTA * spacing  # the sagitta is an eighth of the product on a circle
-        return _Edges(self.ends[chosen], self.normals[chosen], self.triangle[chosen], self.corner[chosen])
+        return Edges(self.ends[chosen], self.normals[chosen], self.triangle[chosen], self.corner[chosen])
 
 
-def _sharp_edges(points: FloatArray, faces: Faces, sharp: NDArray[np.bool_], fresh: NDArray[np.bool_]) -> _Edges:
+def _sharp_edges(points: FloatArray, faces: Faces, sharp: NDArray[np.bool_], fresh: NDArray[np.bool_]) -> Edges:
     """Edges between two sharp vertices, one of them fresh, that two triangles share."""
     rows = np.flatnonzero(sharp[faces].sum(axis=1) > 1)
     start, end = faces[rows].astype(np.int64), np.roll(faces[rows], -1, axis=1).astype(np.int64)
@@ -135,7 +135,7 @@ def _sharp_edges(points: FloatArray, faces: Faces, sharp: NDArray[np.bool_], fre
     bent = (normals[:, 0] * normals[:, 1]).sum(axis=1) < _SHARP
     bent &= (normals != 0).any(axis=2).all(axis=1)
     ends = np.stack([start[first], end[first]], axis=1)
-    return _Edges(ends[bent], normals[bent], triangle[bent], corners[bent])
+    return Edges(ends[bent], normals[bent], triangle[bent], corners[bent])
 
 
 def _normals(corners: FloatArray) -> FloatArray:
@@ -146,7 +146,7 @@ def _normals(corners: FloatArray) -> FloatArray:
 
 
 def _worthwhile(
-    points: FloatArray, faces: Faces, edges: _Edges, middle: FloatArray, spacing: float
+    points: FloatArray, faces: Faces, edges: Edges, middle: FloatArray, spacing: float
 ) -> NDArray[np.bool_]:
     """Whether the middles (E, 3) lie off their edges by enough, but not by too much, and fold no triangle."""
     a, b = points[edges.ends[:, 0]], points[edges.ends[:, 1]]
@@ -160,7 +160,7 @@ def _worthwhile(
     return np.asarray(good)
 
 
-def _split(faces: Faces, edges: _Edges, split: NDArray[np.int64], count: int) -> Faces:
+def split_edges(faces: Faces, edges: Edges, split: NDArray[np.int64], count: int) -> Faces:
     """Faces with vertex ``count + n`` on the edge ``split[n]``: one triangle becomes two, three or four."""
     between = np.full((len(faces), 3), -1, np.int32)
     number = (count + np.arange(len(split))).astype(np.int32)

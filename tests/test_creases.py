@@ -54,7 +54,7 @@ def test_any_number_of_cuts_in_a_triangle() -> None:
     assert len(edges.ends) == 6
     for count in range(1, 7):
         split = np.arange(6)[:count]
-        cut = creases._split(faces, edges, split, 4)
+        cut = creases.split_edges(faces, edges, split, 4)
         assert len(cut) == 4 + 2 * count
         middles = points[edges.ends[split]].mean(axis=1)
         corners = np.concatenate([points, middles])[cut]

@@ -1,0 +1,157 @@
+"""Tiny edges, slivers and folds along seams: collapse edges, flip the long edges of caps, at loose vertices only.
+
+As in :mod:`slivers`, neither changes the topology or moves a vertex. Other vertices stay, but take loose ones;
+triangles without a loose vertex stay as they are.
+"""
+
+import math
+
+import numpy as np
+
+from . import slivers
+from .jit import jit
+
+#: Sine of 2 degrees: triangles with a smaller angle are slivers.
+_THIN = 0.035
+
+#: A collapse may leave triangles of half the quality that they had, or better ones than this.
+_WORSE = 0.5
+
+#: Along an edge that lies in a shape's face, triangles without area follow each other: one goes in each round.
+_ROUNDS = 100
+
+
+@jit
+def _length(p, u, v):
+    return math.sqrt((p[u, 0] - p[v, 0]) ** 2 + (p[u, 1] - p[v, 1]) ** 2 + (p[u, 2] - p[v, 2]) ** 2)
+
+
+@jit
+def _height_above(p, top, a, b):
+    """Height of a triangle above its side a b."""
+    side = _length(p, a, b)
+    along = 0.0
+    for d in range(3):
+        along += (p[top, d] - p[a, d]) * (p[b, d] - p[a, d]) / side
+    return math.sqrt(max(_length(p, top, a) ** 2 - along * along, 0.0))
+
+
+@jit
+def _may_move(p, faces, facing, head, following, u, v, shift):
+    """Whether the triangles around u stay good, and the surface where it is, if u moves to v."""
+    corner = head[u]
+    while corner >= 0:
+        t, c = corner // 3, corner % 3
+        a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+        if a != v and b != v:
+            before = slivers._quality(p, u, a, b, facing[t])
+            after = slivers._quality(p, v, a, b, facing[t])
+            if after <= 0 or (after < _THIN and after < _WORSE * before) or slivers._height(p, u, v, a, b) > shift:
+                return False
+        corner = following[corner]
+    return True
+
+
+@jit
+def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny):
+    """Collapse the edge u v, in either direction."""
+    allowed = tiny if _length(p, u, v) <= tiny else shift
+    for _ in range(2):
+        if (
+            loose[u]
+            and _may_move(p, faces, facing, head, following, u, v, allowed)
+            and slivers._may_merge(faces, head, following, u, v)
+        ):
+            slivers._merge(faces, alive, head, following, u, v)
+            return True
+        u, v = v, u
+    return False
+
+
+@jit
+def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
+    """Turn the edge opposite to corner c of triangle t if that helps.
+
+    Both triangles then face as the other one did. One of another face, or without loose vertices, must hardly change.
+    """
+    other = slivers._across(faces, head, following, t, c)
+    if other < 0:
+        return False
+    s, e = other // 3, other % 3
+    top, a, b, bottom = faces[t, c], faces[t, (c + 1) % 3], faces[t, (c + 2) % 3], faces[s, e]
+    if top == bottom or slivers._joined(faces, head, following, top, bottom):
+        return False
+    if slivers._valence(head, following, a) < 4 or slivers._valence(head, following, b) < 4:
+        return False
+    before = min(slivers._quality(p, top, a, b, facing[t]), slivers._quality(p, bottom, b, a, facing[s]))
+    after = min(slivers._quality(p, top, a, bottom, facing[s]), slivers._quality(p, top, bottom, b, facing[s]))
+    if after <= max(before, 0.0) or slivers._gap(p, a, b, top, bottom) > shift:
+        return False
+    whole = not (loose[bottom] or loose[a] or loose[b])
+    if (whole or facing[t, 3] != facing[s, 3]) and _height_above(p, top, a, b) > shift:
+        return False
+    slivers._replace(faces, head, following, 3 * t + (c + 2) % 3, bottom)
+    slivers._replace(faces, head, following, 3 * s + (e + 2) % 3, top)
+    facing[t] = facing[s]
+    return True
+
+
+@jit
+def _mend(p, faces, facing, loose, alive, head, following, t, order, shift, tiny):
+    slivers._edge_order(p, faces, t, order)
+    for q in range(3):
+        c = order[q]
+        u, v = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
+        if _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny):
+            return True
+        if _try_flip(p, faces, facing, loose, head, following, t, order[2 - q], shift):
+            return True
+    return False
+
+
+@jit
+def _is_bad(p, faces, facing, t, tiny):
+    a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+    if slivers._quality(p, a, b, c, facing[t]) < _THIN:
+        return True
+    return min(_length(p, a, b), min(_length(p, b, c), _length(p, c, a))) < tiny
+
+
+@jit
+def tidy(position, faces, facing, loose, shift, tiny):
+    """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
+
+    ``facing`` (F, 4) is the direction that each triangle should face, and a number that triangles of one face share;
+    ``loose`` (V,) says which vertices may go. The surface shifts by ``shift`` mm at most; edges shorter than ``tiny``
+    mm go.
+    """
+    alive = np.ones(len(faces), np.bool_)
+    order = np.empty(3, np.int64)
+    head, following = slivers._link(faces, len(position))
+    fresh, changed = loose.copy(), np.zeros(len(position), np.bool_)
+    for _ in range(_ROUNDS):
+        mended = False
+        for t in range(len(faces)):
+            a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+            if (
+                alive[t]
+                and (fresh[a] or fresh[b] or fresh[c])
+                and (loose[a] or loose[b] or loose[c])
+                and _is_bad(position, faces, facing, t, tiny)
+                and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny)
+            ):
+                mended = True
+                changed[a], changed[b], changed[c] = True, True, True
+        if not mended:
+            break
+        fresh[:], changed[:] = changed, False
+    return alive
+
+
+@jit
+def wrong_way(position, faces, facing):
+    """Which triangles (F,) do not face their direction."""
+    wrong = np.zeros(len(faces), np.bool_)
+    for t in range(len(faces)):
+        wrong[t] = slivers._quality(position, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]) < 0
+    return wrong

@@ -100,7 +100,7 @@ def vertices(rails: Sequence[Rail], edges: Sequence[Edge]) -> dict[int, Vertex]:
             if end.vertex not in found:
                 found[end.vertex] = _vertex(at[end.vertex])
             found[end.vertex].ends.append((rail, 0 if which == 0 else 1))
-            end.smooth = _goes_on(rail, end, at[end.vertex])
+            end.smooth = _goes_on(rail, which, at[end.vertex])
     return found
 
 
@@ -121,9 +121,9 @@ def _vertex(incident: Sequence[tuple[Edge, int]]) -> Vertex:
     return Vertex(place, list(distinct.values()), sharp)
 
 
-def _goes_on(rail: Rail, end: End, incident: Sequence[tuple[Edge, int]]) -> bool:
+def _goes_on(rail: Rail, which: int, incident: Sequence[tuple[Edge, int]]) -> bool:
     """Whether a chain of edges goes on beyond the end of a rail."""
-    own = rail.choices[0].edge.chain
+    own = rail.choices[-which].edge.chain
     return any(edge.chain == own and edge.number not in rail.numbers for edge, _ in incident)
 
 
@@ -138,7 +138,7 @@ def find_corners(vertex: Vertex, faces: PartFaces) -> None:
     groups = faces.groups([own[0] for own in vertex.clusters])
     supports = [Support(groups[own[0]], rails[0].sign) for own in vertex.clusters]
     vertex.corners = balls(supports, radius, vertex.place)
-    pairs = [set(_own(vertex, rail, which)) for rail, which in vertex.ends]
+    pairs = [set(clusters_beside(vertex, rail, which)) for rail, which in vertex.ends]
     if not all(any(pair <= set(ball.clusters) for ball in vertex.corners) for pair in pairs):
         vertex.corners = []
 
@@ -203,7 +203,7 @@ def _around(directions: FloatArray) -> list[int]:
 
 def around(vertex: Vertex, rail: Rail, which: Literal[0, 1], faces: PartFaces, radius: float) -> Around:
     """Faces around one end of a rail, and on which side of them its edge lies."""
-    own = _own(vertex, rail, which)
+    own = clusters_beside(vertex, rail, which)
     others = [index for index in range(len(vertex.clusters)) if index not in own]
     if not others:
         return Around(own, {})
@@ -220,6 +220,7 @@ def around(vertex: Vertex, rail: Rail, which: Literal[0, 1], faces: PartFaces, r
     return Around(own, cuts)
 
 
-def _own(vertex: Vertex, rail: Rail, which: Literal[0, 1]) -> tuple[int, int]:
+def clusters_beside(vertex: Vertex, rail: Rail, which: Literal[0, 1]) -> tuple[int, int]:
+    """Clusters on the left and on the right of a rail at a vertex."""
     left, right = rail.ends[which].sides
     return vertex.cluster(left), vertex.cluster(right)

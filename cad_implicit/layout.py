@@ -14,7 +14,7 @@ from .face_groups import PartFaces
 from .implicit import FloatArray
 from .joints import Around, Ball, Vertex, around, find_corners, vertices
 from .rails import Rail
-from .spines import Guide, Spine, Support, extended, spine
+from .spines import Guide, Law, Spine, Support, extended, spine
 from .strips import Corner, Cut, Mitre, Region, Strip, Trimmed
 
 #: How far strips go beyond the ends of their edges at most, in radii.
@@ -29,6 +29,13 @@ _MITRE = 2.5
 #: Strips that begin this share of the radius behind their end have no length.
 _NOTHING = 1e-6
 
+#: Corners are looked for within this share of an edge from its end.
+_HALF = 0.7
+
+#: A ball that moves by less than this share of the way along the edge stands still; then it is made smaller by this share.
+_STILL = 1e-5
+_LESS = 1e-4
+
 _ENDS: tuple[Literal[0, 1], Literal[0, 1]] = (0, 1)
 
 
@@ -38,14 +45,18 @@ class Laid:
 
     Attributes
     ----------
-    regions : list of Region
+    strips : dict of int to Region
+        By ``id`` of their rails.
+    others : list of Region
+        Mitres and corners.
     spines : list of (Spine, (Support, Support))
         Of the strips; the supports are the faces that their balls touch.
     balls : list of (Ball, list of Support)
         Of the corners.
     """
 
-    regions: list[Region]
+    strips: dict[int, Region]
+    others: list[Region]
     spines: list[tuple[Spine, tuple[Support, Support]]]
     corners: list[Ball]
 
@@ -72,14 +83,15 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
     at = vertices(rails, edges)
     for vertex in at.values():
         find_corners(vertex, faces)
-    laid = Laid([], [], [])
+    laid = Laid({}, [], [], [])
     strips: dict[tuple[int, int], _Ending] = {}
     for index, rail in enumerate(rails):
         made = _Layer(rail, faces, at, margin).lay()
         if made is None:
             continue
         strip, endings = made
-        laid.regions.append(Trimmed(strip, [cut for ending in endings for cut in ending.cuts.values()]))
+        trimmed = Trimmed(strip, [cut for ending in endings for cut in ending.cuts.values()])
+        laid.strips[id(rail)] = trimmed
         laid.spines.append((strip.spine, rail.supports))
         for which, ending in zip(_ENDS, endings, strict=True):
             ending.strip, ending.other = strip, endings[1 - which]
@@ -88,9 +100,10 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
         endings = [
             strips[i, e] for i, rail in enumerate(rails) for e in _ENDS if (rail, e) in vertex.ends and (i, e) in strips
         ]
-        laid.regions.extend(_mitres(endings, margin))
+        laid.others.extend(_mitres(endings, margin))
         for ball in vertex.corners:
-            laid.regions.append(Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margin))
+            corner = Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margin)
+            laid.others.append(corner)
             laid.corners.append(ball)
     return laid
 
@@ -117,7 +130,7 @@ class _Layer:
         """Strip and its ends; None if nothing is left of it between two corners."""
         rail, guide = self.rail, self.rail.guide
         if guide.closed:
-            found = spine(guide, rail.supports, rail.law, guide.at)
+            found = self._spine(guide, guide.at)
             self._check(found)
             return Strip(found, rail.supports, self.margin), (_Ending({}), _Ending({}))
         balls = [self._ball(which) for which in _ENDS]
@@ -127,7 +140,7 @@ class _Layer:
         limits = [0.0, rail.guide.length]
         for e in _ENDS:
             if (ball := balls[e]) is not None:
-                limits[e] = float(guide.position(ball.centre[None])[0])
+                limits[e] = self._position(guide, ball, e)
         if all(ball is not None for ball in balls):
             short = limits[0] - limits[1]
             if short > _NOTHING * self.radius:
@@ -142,7 +155,7 @@ class _Layer:
                 limits[e] = self._free(e, rough, ending)
             endings.append(ending)
         inner = guide.at[(guide.at > limits[0]) & (guide.at < limits[1])]
-        found = spine(guide, rail.supports, rail.law, np.unique(np.concatenate([[limits[0]], inner, [limits[1]]])))
+        found = self._spine(guide, np.unique(np.concatenate([[limits[0]], inner, [limits[1]]])))
         self._check(found)
         for e in _ENDS:
             if (ball := balls[e]) is not None:
@@ -165,8 +178,23 @@ class _Layer:
         fitting = [ball for ball in vertex.corners if own <= set(ball.clusters)]
         guide, radius = self.rail.guide, self.radius
         far = extended(guide, self.rail.supports, _EXTENT * radius, _EXTENT * radius, _STEP * radius)
-        places = [float(far.position(ball.centre[None])[0]) for ball in fitting]
+        places = [self._position(far, ball, which) for ball in fitting]
         return fitting[int(np.argmax(places) if which == 0 else np.argmin(places))]
+
+    def _position(self, guide: Guide, ball: Ball, which: Literal[0, 1]) -> float:
+        """Position along a guide of a ball at one end of it."""
+        length = self.rail.guide.length
+        within = (-np.inf, _HALF * length) if which == 0 else ((1 - _HALF) * length, np.inf)
+        return float(guide.position(ball.centre[None], *within)[0])
+
+    def _spine(self, guide: Guide, at: FloatArray) -> Spine:
+        """Spine of the rail; if the ball stands still somewhere, as in a hole of its radius, of a ball a little smaller."""
+        found = spine(guide, self.rail.supports, self.rail.law, at)
+        way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
+        if self.rail.constant is None or bool((way > _STILL * along).all()) and bool(found.solved.all()):
+            return found
+        less = spine(guide, self.rail.supports, _scaled(self.rail.law, 1 - _LESS), at)
+        return less if bool(less.solved.all()) else found
 
     def _free(self, which: Literal[0, 1], rough: Spine, ending: _Ending) -> float:
         """Position at which a strip that ends at faces may stop; fills in the cuts, their ways still positions."""
@@ -217,6 +245,14 @@ class _Layer:
     def _names(self) -> str:
         numbers = self.rail.numbers
         return f"edge {numbers[0]}" if len(numbers) == 1 else f"edges {', '.join(map(str, numbers))}"
+
+
+def _scaled(law: Law, factor: float) -> Law:
+    def scaled(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        radius, slope = law(at)
+        return factor * radius, factor * slope
+
+    return scaled
 
 
 def _mitres(endings: Sequence[_Ending], margin: float) -> list[Mitre]:

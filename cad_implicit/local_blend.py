@@ -22,13 +22,17 @@ from .distance import MeshDistance
 from .errors import RadiusError
 from .face_groups import PartFaces
 from .implicit import FloatArray, Implicit
+from .following import followed
 from .layout import Laid, lay
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .rails import Choice, Radius, rails
-from .strips import Regions
+from .strips import Region, Regions, Without
 
 Pair = tuple[FloatArray, FloatArray]
+
+#: Convexities of edges that can be blended.
+KINDS = ("convex", "concave")
 
 #: How far regions stick out of the part, in spacings and in radii: less than two spacings is contoured only roughly.
 _MARGIN_SPACINGS = 2.0
@@ -48,19 +52,25 @@ class LocalBlend(Implicit):
     ----------
     parent : MeshDistance
         The part.
-    laid : dict of str to Laid
-        What is taken off ("convex") and filled in ("concave"), and where the balls' centres run.
     removed, added : Regions or None
+    laid : dict of str to Laid
+        Of convex and concave edges: where the balls' centres run.
     """
 
     lipschitz = 2.0
+    spacing: float
 
-    def __init__(self, parent: MeshDistance, laid: dict[str, Laid], spacing: float) -> None:
-        self.parent, self.laid, self.spacing = parent, laid, spacing
-        self.removed, self.added = (
-            Regions(laid[kind].regions) if kind in laid and laid[kind].regions else None
-            for kind in ("convex", "concave")
-        )
+    def __init__(
+        self,
+        parent: MeshDistance,
+        removed: Sequence[Region],
+        added: Sequence[Region],
+        spacing: float,
+        laid: dict[str, Laid],
+    ) -> None:
+        self.parent, self.spacing, self.laid = parent, spacing, laid
+        self.removed = Regions(removed) if removed else None
+        self.added = Regions(added) if added else None
         self.bounds = parent.bounds
         if self.added is not None:
             low, high = self.added.bounds
@@ -98,9 +108,7 @@ class LocalBlend(Implicit):
         from .stitching import stitched
 
         pieces = [[] if regions is None else regions.clusters() for regions in (self.added, self.removed)]
-        return stitched(
-            self.parent.mesh, *pieces, self.spacing or 0.0, shape=self.parent, threads=threads, progress=progress
-        )
+        return stitched(self.parent.mesh, *pieces, self.spacing, shape=self.parent, threads=threads, progress=progress)
 
 
 def blend_edges(
@@ -108,7 +116,7 @@ def blend_edges(
     radius: Radius | None,
     edges: Edges,
     *,
-    kinds: Sequence[str] = ("convex", "concave"),
+    kinds: Sequence[str] = KINDS,
     second: float | None = None,
     chamfer: bool = False,
     tangent: bool = True,
@@ -163,7 +171,10 @@ def blend_edges(
         raise RadiusError(f"{error}{advice}") from None
     progress("spines", 1.0)
     mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
-    return LocalBlend(MeshDistance(mesh, threads=threads), laid, h)
+    pieces = [[*laid[kind].strips.values(), *laid[kind].others] if kind in laid else [] for kind in KINDS]
+    if not any(pieces):
+        raise RadiusError("nothing is left to blend: all edges are shorter than their corners")
+    return LocalBlend(MeshDistance(mesh, threads=threads), *pieces, h, laid)
 
 
 def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:
@@ -191,11 +202,20 @@ def largest_radius(part: OpenPart, found: Sequence[Edge], choices: Sequence[Choi
 
 
 def _laid(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float) -> dict[str, Laid]:
+    single = [
+        rail for kind in KINDS for rail in rails([choice for choice in choices if choice.edge.convexity == kind], faces)
+    ]
+    joined, after = followed(single, found)
     laid = {}
-    for kind in ("convex", "concave"):
-        own = [choice for choice in choices if choice.edge.convexity == kind]
+    for kind, sign in (("concave", -1.0), ("convex", 1.0)):
+        own = [rail for rail in joined if rail.sign == sign]
         if own:
-            laid[kind] = lay(rails(own, faces), faces, found, margin)
+            laid[kind] = lay(own, faces, found, margin)
+    # what is filled in around a rounded edge comes after it
+    for first in set(after) & set(laid["convex"].strips) if len(laid) == 2 else ():
+        filled = [laid["concave"].strips[id(rail)] for rail in after[first] if id(rail) in laid["concave"].strips]
+        if filled:
+            laid["convex"].strips[first] = Without(laid["convex"].strips[first], filled)
     return laid
 
 

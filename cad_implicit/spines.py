@@ -33,6 +33,9 @@ _NEWTON_ROUNDS = 30
 #: A centre is found if both distances agree with the radius within this share of it.
 _SOLVED = 1e-9
 
+#: Three planes meet in a point if their normals span at least this volume.
+_REGULAR = 1e-3
+
 #: Largest turn of contact directions between two samples, in radians, …
 _TURN = 0.12
 
@@ -97,9 +100,12 @@ class Guide:
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         return place + (at - inside)[:, None] * direction, direction
 
-    def position(self, points: FloatArray) -> FloatArray:
-        """Positions (N,) of the normal planes of the guide that hold points (N, 3), those nearest to them."""
-        fine = np.linspace(self.at[0], self.at[-1], 8 * len(self.at) + 1)
+    def position(self, points: FloatArray, low: float = -np.inf, high: float = np.inf) -> FloatArray:
+        """Positions (N,) of the normal planes of the guide that hold points (N, 3), those nearest to them.
+
+        The search starts between the positions ``low`` and ``high``.
+        """
+        fine = np.linspace(max(low, self.at[0]), min(high, self.at[-1]), 8 * len(self.at) + 1)
         place, direction = self.place(fine)
         near = np.linalg.norm(points[:, None] - place, axis=2).argmin(axis=1)
         at = fine[near]
@@ -139,7 +145,7 @@ def _continued(
     x, ahead = point, direction
     for number in range(count):
         guess = x + step * ahead
-        found, turned = _onto_line(guess, ahead, supports, step)
+        found, turned = onto_line(guess, ahead, supports, step)
         if found is None or turned is None:
             found, turned = guess, ahead
         points[number], directions[number] = found, turned
@@ -147,16 +153,17 @@ def _continued(
     return points, directions
 
 
-def _onto_line(
+def onto_line(
     x: FloatArray, ahead: FloatArray, supports: Sequence[Support], reach: float
 ) -> tuple[FloatArray | None, FloatArray | None]:
-    """Point where two faces meet in the plane through a point, and the direction of the line; None if not near."""
+    """Give the point where two faces meet in the plane through a point, and the line's direction; None if not near."""
     start = x
     for _ in range(12):
         (a, b), (g, k) = zip(*((value[0], slope[0]) for value, slope in (s(x[None]) for s in supports)), strict=True)
-        if not _independent(g, k):
+        rows = np.array([g, k, ahead])
+        if abs(float(np.linalg.det(rows))) < _REGULAR:
             return None, None
-        move = np.linalg.solve(np.array([g, k, ahead]), np.array([-a, -b, (start - x) @ ahead]))
+        move = np.linalg.solve(rows, np.array([-a, -b, (start - x) @ ahead]))
         x = x + move
         if float(np.linalg.norm(x - start)) > reach:
             return None, None
@@ -166,10 +173,6 @@ def _onto_line(
     line /= np.linalg.norm(line)
     line *= np.sign(line @ ahead)
     return (x, line) if float(line @ ahead) > 0.5 else (None, None)
-
-
-def _independent(g: FloatArray, k: FloatArray) -> bool:
-    return float(np.linalg.norm(np.cross(g, k))) > 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +212,7 @@ class Spine:
         return np.asarray(self.centres[:, None] + self.radius[:, None, None] * self.contacts)
 
     def part(self, which: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Spine:
-        """Some of the samples."""
+        """Give some of the samples."""
         return Spine(
             self.at[which], self.edge[which], self.centres[which], self.tangents[which], self.radius[which],
             self.slope[which], self.contacts[which], self.solved[which], self.closed,
@@ -274,7 +277,7 @@ def hermite(p: FloatArray, q: FloatArray, v: FloatArray, w: FloatArray, t: Float
 
 
 def hermite_slope(p: FloatArray, q: FloatArray, v: FloatArray, w: FloatArray, t: FloatArray) -> FloatArray:
-    """Derivatives of the cubic pieces of :func:`hermite`."""
+    """Give derivatives of the cubic pieces of :func:`hermite`."""
     s = 1 - t
     return np.asarray(6 * t * s * (q - p) + s * (1 - 3 * t) * v + t * (1 - 3 * s) * w)
 

@@ -22,11 +22,16 @@ from scipy.spatial import cKDTree
 from . import parallel
 from .implicit import FloatArray, Implicit
 from .kernels import canal
-from .spines import Spine, Support, speed
+from .spines import Spine, Support, hermite, speed
 
 #: How far a strip goes into the corner where it ends, as a share of the radius: enough for no gap between them, and
 #: its ball is less than this squared off there.
 _OVERLAP = 0.002
+
+#: Points along a spine that tell the nearest piece, in radii: where a ball goes around a slot that is hardly wider, there
+#: and back are nearly in one place; and the most of them in a piece.
+_FINE = 0.02
+_MOST = 5000
 
 #: Steepest line of a face over its tangent that is followed.
 _STEEPEST = 5.0
@@ -134,7 +139,7 @@ class Strip(Region):
 
     def way(self, at: ArrayLike) -> FloatArray:
         """Ways (N,) in mm along the spine for positions (N,) along the edge."""
-        return np.interp(at, self.spine.at, self._ways)
+        return np.interp(np.asarray(at, np.float64), self.spine.at, self._ways)
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -144,27 +149,46 @@ class Strip(Region):
     def evaluate(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Values (N,), gradients (N, 3), and how far (N,) along the spine in mm the points are."""
         count = len(points)
-        limit = 1.5 * self._reach + self._gap
-        far, sample = self._tree.query(points, distance_upper_bound=limit)
+        far, piece = self._nearest(points, 1.5 * self._reach)
         value, gradient, way = np.full(count, -0.5 * self._reach), np.zeros((count, 3)), np.zeros(count)
         near = np.flatnonzero(np.isfinite(far))
         out = (np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros(len(near)))
         with parallel.threads(None, len(near)):
             canal.strip(
-                np.ascontiguousarray(points[near]), sample[near], self._origins, self._directions, self._spans,
+                np.ascontiguousarray(points[near]), piece[near], self._origins, self._directions, self._spans,
                 self._ways, self.spine.radius, self._slope, self._reaches, self._normals, self._lines, self._turns,
                 self.spine.closed, self.ball, self.margin, self._overlaps, *out,
             )  # fmt: skip
         value[near], gradient[near], way[near] = out
         return value, gradient, way
 
-    @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self._origins)
+    def from_ball(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """How far (N,) points are outside the ball, the gradient (N, 3) of that, how far (N, 2) beyond its contacts."""
+        piece = self._nearest(points)[1]
+        value, gradient, within = np.zeros(len(points)), np.zeros((len(points), 3)), np.zeros((len(points), 2))
+        with parallel.threads(None, len(points)):
+            canal.sectors(
+                np.ascontiguousarray(points), piece, self._origins, self._directions, self._spans, self.spine.radius,
+                self._slope, self._normals, self._turns, self.spine.closed, value, gradient, within,
+            )  # fmt: skip
+        return value, gradient, within
+
+    def _nearest(self, points: FloatArray, limit: float = np.inf) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Distances (N,) to the spine, infinite beyond a limit, and pieces (N,) of it to start looking from."""
+        tree, pieces = self._tree
+        away, sample = tree.query(points, distance_upper_bound=limit)
+        return away, pieces[np.minimum(sample, len(pieces) - 1)]
 
     @cached_property
-    def _gap(self) -> float:
-        return float(self._spans.max(initial=0.0))
+    def _tree(self) -> tuple[cKDTree, NDArray[np.int64]]:
+        """Points all along the spine, and the pieces they are of."""
+        step = _FINE * float(self.spine.radius.min())
+        counts = np.ceil(self._spans / step).astype(np.int64).clip(1, _MOST)
+        piece = np.repeat(np.arange(len(counts)), counts)
+        t = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[piece]
+        p, q = self._origins[piece], self._origins[piece + 1]
+        v, w = (self._spans[piece][:, None] * self._directions[piece + i] for i in (0, 1))
+        return cKDTree(hermite(p, q, v, w, t[:, None])), piece
 
     def _bulge(self) -> float:
         """How far the strip may bulge between samples."""
@@ -226,6 +250,21 @@ class Mitre(Region):
             less = f < value
             value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
         return value, gradient
+
+
+class Without(Region):
+    """A region without others."""
+
+    def __init__(self, region: Region, others: Sequence[Region]) -> None:
+        self._region, self._others = region, Regions(others)
+        self.box = region.box
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        value, gradient = self._region.value_and_gradient(points)
+        f, slope = self._others.value_and_gradient(points)
+        less = -f < value
+        return np.where(less, -f, value), np.where(less[:, None], -slope, gradient)
 
 
 class Corner(Region):

@@ -227,6 +227,29 @@ def strip(
         value[n] = best
 
 
+@parallel_jit
+def sectors(
+    points, starts, origins, directions, spans, radius, slope, normals, turns, closed, value, gradient, within
+):  # fmt: skip
+    """How far points are outside the ball, the gradient of that, and how far beyond the contacts with both faces."""
+    for n in prange(len(points)):
+        x = points[n]
+        c, d, m = np.empty(3), np.empty(3), np.empty(3)
+        i, t = _nearest(x, origins, directions, spans, radius, slope, closed, starts[n], c, d)
+        _place(origins, directions, spans, i, t, c, d)
+        r, _ = _radius(radius, slope, spans, i, t)
+        away = math.sqrt((x[0] - c[0]) ** 2 + (x[1] - c[1]) ** 2 + (x[2] - c[2]) ** 2)
+        value[n] = away - r
+        for k in range(3):
+            gradient[n, k] = (x[k] - c[k]) / away if away > 0.0 else 0.0
+        for side in range(2):
+            for k in range(3):
+                m[k] = turns[side] * ((1 - t) * normals[i, side, k] + t * normals[i + 1, side, k])
+            f0, f1, f2 = d[1] * m[2] - d[2] * m[1], d[2] * m[0] - d[0] * m[2], d[0] * m[1] - d[1] * m[0]
+            f = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+            within[n, side] = ((x[0] - c[0]) * f0 + (x[1] - c[1]) * f1 + (x[2] - c[2]) * f2) / f
+
+
 @jit
 def _along(x, c, d):
     return (x[0] - c[0]) * d[0] + (x[1] - c[1]) * d[1] + (x[2] - c[2]) * d[2]

@@ -277,6 +277,6 @@ _FITS: dict[str, tuple[int, Callable[[Piece, FloatArray], AnalyticFace | None]]]
     "plane": (3, _plane),
     "cylinder": (7, _cylinder),
     "cone": (8, _cone),
-    "sphere": (6, _sphere),
+    "sphere": (8, _sphere),
     "torus": (10, _torus),
 }

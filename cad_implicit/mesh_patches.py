@@ -30,6 +30,8 @@ Ints = NDArray[np.int64]
 _STEPS = 12
 #: The last step is shorter than this share of the diagonal.
 _LAST = 1e-10
+#: Least cosine between a triangle and the surface at its corners: neighbours turn by up to 25 degrees.
+_TURNED = np.cos(np.radians(20))
 #: Lines beyond a border that is curved inward end at this share of the way to where they meet.
 _MEETING = 0.9
 #: Longest corner of the continuation at a sharp corner of the border, over its width.
@@ -46,7 +48,7 @@ class MeshPatch(FaceDistance):
     mesh : Mesh
         The piece, its triangles counter-clockwise seen from outside.
     pairs : (P, 2) int
-        Triangles that meet smoothly; elsewhere is a border, even between triangles that share an edge.
+        Triangles that meet smoothly; between others that share an edge is a crease.
     reach : float
         How far in mm it is continued; beyond that by the tangent plane at the nearest end.
     """
@@ -55,6 +57,7 @@ class MeshPatch(FaceDistance):
 
     def __init__(self, mesh: Mesh, pairs: NDArray[np.integer], reach: float) -> None:
         self._open = _opened(mesh, pairs)
+        self._border = _border(mesh)
         self._reach = reach
 
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -62,27 +65,30 @@ class MeshPatch(FaceDistance):
         value, normal, rim = self._at(x, x)
         gone_on = np.flatnonzero(~rim)
         last = _LAST * self._open.diagonal
+        before = np.full(len(gone_on), np.inf)
         for _ in range(_STEPS):
             if not len(gone_on):
                 break
             foot = x[gone_on] + value[gone_on, None] * normal[gone_on]
-            further, normal[gone_on], outside = self._at(x[gone_on], foot)
+            further, way, outside = self._at(x[gone_on], foot)
             step = np.abs(further - value[gone_on])
-            value[gone_on] = further
-            gone_on = gone_on[(step > last) & ~outside]
+            nearer = step < before
+            value[gone_on[nearer]], normal[gone_on[nearer]] = further[nearer], way[nearer]
+            left = nearer & (step > last) & ~outside
+            gone_on, before = gone_on[left], step[left]
         return value, -normal
 
     def _at(self, x: FloatArray, near: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Heights below the tangent planes at the places closest to some points, normals, and whether at the rim."""
-        mesh, normals, outer = self._continued
+        mesh, normals, outer, bend = self._continued
         closest = self._distance.closest(near)
         corners = mesh.faces[closest.triangle]
         places, ways = mesh.vertices[corners], normals[corners]
         weight = _weights(places, closest.point)
-        lift = ((places - closest.point[:, None]) * ways).sum(axis=2)
-        surface = closest.point + 0.5 * ((weight * lift)[:, :, None] * ways).sum(axis=1)
         normal = (weight[:, :, None] * ways).sum(axis=1)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        lift = (weight * np.roll(weight, -1, axis=1) * bend[closest.triangle]).sum(axis=1)
+        surface = closest.point + lift[:, None] * normal
         rim = (weight * ~outer[corners]).sum(axis=1) < 1e-9
         return ((surface - x) * normal).sum(axis=1), normal, rim
 
@@ -94,9 +100,10 @@ class MeshPatch(FaceDistance):
     def _continued(self) -> _Continued:
         mesh = self._open
         normals = vertex_normals(mesh)
-        starts, ends = _border(mesh)
+        starts = mesh.faces.ravel()[self._border].astype(np.int64)
+        ends = np.roll(mesh.faces, -1, axis=1).ravel()[self._border].astype(np.int64)
         if not len(starts):
-            return _Continued(mesh, normals, np.zeros(len(mesh.vertices), np.bool_))
+            return _Continued(mesh, normals, np.zeros(len(mesh.vertices), np.bool_), _bends(mesh, normals))
         ways, lengths = _outward_lines(mesh.vertices, normals, starts, ends, self._reach)
         rim = np.unique(starts)
         number = np.zeros(len(mesh.vertices), np.int64)
@@ -106,15 +113,21 @@ class MeshPatch(FaceDistance):
         strips = np.concatenate([np.stack([b, a, far_a], axis=1), np.stack([b, far_a, far_b], axis=1)])
         outer = np.arange(len(vertices)) >= len(mesh.vertices)
         whole = Mesh(vertices, np.concatenate([mesh.faces, strips]))
-        return _Continued(whole, np.concatenate([normals, normals[rim]]), outer)
+        normals = np.concatenate([normals, normals[rim]])
+        return _Continued(whole, normals, outer, _bends(whole, normals))
 
 
 class _Continued(NamedTuple):
-    """Triangles of a patch and its continuation, normals ``(V, 3)``, and which vertices ``(V,)`` are at the rim."""
+    """Triangles of a patch and its continuation, and what is known of them.
+
+    Normals ``(V, 3)``, which vertices ``(V,)`` are at the rim, and how far sides ``(F, 3)`` are bent: four times the
+    height in mm of the surface over their middles.
+    """
 
     mesh: Mesh
     normals: FloatArray
     outer: NDArray[np.bool_]
+    bend: FloatArray
 
 
 def vertex_normals(mesh: Mesh) -> FloatArray:
@@ -130,7 +143,14 @@ def vertex_normals(mesh: Mesh) -> FloatArray:
     whole = np.concatenate([a, b, np.arange(count)]), np.concatenate([b, a, np.arange(count)])
     one = csr_matrix((ones, whole), (count, count))
     near = (one @ one).tocsr()
-    return np.asarray([_normal(mesh.vertices, rough, near, vertex) for vertex in range(count)])
+    fitted = np.array([_normal(mesh.vertices, rough, near, vertex) for vertex in range(count)])
+    facing = np.ones(count)
+    area = np.linalg.norm(mesh.face_vectors, axis=1)
+    plain = area > 1e-9 * area.max()
+    for corner in range(3):
+        own = mesh.faces[plain, corner]
+        np.minimum.at(facing, own, (fitted[own] * mesh.face_vectors[plain]).sum(axis=1) / area[plain])
+    return np.asarray(np.where(facing[:, None] >= _TURNED, fitted, rough))
 
 
 def _normal(vertices: FloatArray, rough: FloatArray, near: csr_matrix, vertex: int) -> FloatArray:
@@ -148,9 +168,11 @@ def _normal(vertices: FloatArray, rough: FloatArray, near: csr_matrix, vertex: i
     if scale <= 0:
         return np.asarray(own)
     u, v, w = u / scale, v / scale, w / scale
-    weight = 1 / np.sqrt(0.05 + u * u + v * v)
+    away = np.maximum(u * u + v * v, 1e-12)
+    weight = 1 / away
     matrix = np.column_stack([u, v, u * u, u * v, v * v]) * weight[:, None]
-    slope = np.linalg.lstsq(matrix, w * weight, rcond=1e-6)[0][:2]
+    columns = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    slope = (np.linalg.lstsq(matrix / columns, w * weight, rcond=1e-6)[0] / columns)[:2]
     normal = np.array([-slope[0], -slope[1], 1.0]) @ frame
     return np.asarray(normal / np.linalg.norm(normal))
 
@@ -164,13 +186,12 @@ def _opened(mesh: Mesh, pairs: NDArray[np.integer]) -> Mesh:
     return Mesh(mesh.vertices[mesh.faces.ravel()[first]], label.reshape(-1, 3))
 
 
-def _border(mesh: Mesh) -> tuple[Ints, Ints]:
-    """Vertices at the starts and ends of the edges with one triangle, which is on their left."""
+def _border(mesh: Mesh) -> NDArray[np.bool_]:
+    """Which sides ``(3 F,)`` of the triangles have no other one beyond."""
     count = len(mesh.vertices)
     start = mesh.faces.ravel().astype(np.int64)
     end = np.roll(mesh.faces, -1, axis=1).ravel().astype(np.int64)
-    single = ~np.isin(start * count + end, end * count + start)
-    return np.asarray(start[single]), np.asarray(end[single])
+    return np.asarray(~np.isin(start * count + end, end * count + start))
 
 
 def _outward_lines(
@@ -194,6 +215,20 @@ def _outward_lines(
     for border in (starts, ends):
         np.minimum.at(lengths, border, limit)
     return ways, lengths
+
+
+def _bends(mesh: Mesh, normals: FloatArray) -> FloatArray:
+    """How far sides are bent, as :class:`_Continued` says: the mean of what its ends say, twice the lesser at most."""
+    places, ways = mesh.vertices[mesh.faces], normals[mesh.faces]
+    along = np.roll(places, -1, axis=1) - places
+    first = -(along * ways).sum(axis=2)
+    second = (along * np.roll(ways, -1, axis=1)).sum(axis=2)
+    mean, lesser = (first + second) / 2, np.minimum(np.abs(first), np.abs(second))
+    facing = (ways * mesh.face_vectors[:, None]).sum(axis=2).min(axis=1) >= _TURNED * np.linalg.norm(
+        mesh.face_vectors, axis=1
+    )
+    bent = np.where(first * second > 0, np.clip(mean, -2 * lesser, 2 * lesser), 0.0)
+    return np.asarray(np.where(facing[:, None], bent, 0.0))
 
 
 def _weights(places: FloatArray, points: FloatArray) -> FloatArray:

@@ -3,12 +3,12 @@
 Grown from a few neighbouring triangles at a time (Besl and Jain 1988, DOI 10.1109/34.3881): what fits a cylinder, cone,
 sphere or torus takes in all connected triangles that are chords of it. What is flat and tangent to those is a plane.
 
-Not promised: arcs of fewer than four facets, and planes that meet at less than the sharp angle with no arc between
-them, are left free-form.
+Not promised: arcs of fewer than four facets are left free-form.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +28,9 @@ Mask = NDArray[np.bool_]
 #: near to the plane of the other as coordinates are good, relative to the diagonal.
 _FLAT = 1e-4
 _ROUNDING = 5e-7
+#: Least turn at a crease in degrees, and how many times more than beside it.
+_CREASE = 3.0
+_SHARPER = 3.0
 #: Starts in a row that lead nowhere before the rest is given up as free-form.
 _FAILURES = 24
 #: Fewest flat facets in a row that tell a curved surface: an arc of 90 degrees has at least as many. Angles on an arc
@@ -40,6 +43,8 @@ _JUMP = 10.0
 #: A plane is tangent to its neighbours within this (radians), and if those are free-form, this many times as wide.
 _TANGENT = 0.02
 _WIDER = 4.0
+#: It is a larger share than this of what is left, or beside a curved surface.
+_LARGE = 0.003
 
 
 class Primitives(NamedTuple):
@@ -61,28 +66,39 @@ def primitives(mesh: Mesh, pairs: Ints, diagonal: float) -> Primitives:
     diagonal : float
         Of the whole part in mm.
     """
-    piece = Piece.of(mesh)
-    whole = fitted(piece, diagonal)
-    if whole is not None:
-        return Primitives(np.zeros(len(mesh.faces), np.int64), [whole])
-    grower = _Grower(mesh, piece, pairs, diagonal)
-    grower.curved()
-    grower.planes()
-    grower.rest()
+    grower = _Grower(mesh, pairs, diagonal)
+    grower.wholes()
+    if (grower.label < 0).any():
+        grower.curved()
+        grower.planes()
+        grower.rest()
     return Primitives(grower.label, grower.faces)
 
 
 class _Grower:
     """Triangles of a piece, and what is known of them so far."""
 
-    def __init__(self, mesh: Mesh, piece: Piece, pairs: Ints, diagonal: float) -> None:
+    def __init__(self, mesh: Mesh, pairs: Ints, diagonal: float) -> None:
         self.mesh = mesh
-        self.piece = piece
+        self.piece = Piece.of(mesh)
         self.pairs = pairs
         self.diagonal = diagonal
         self.label = np.full(len(mesh.faces), -1, np.int64)
         self.faces: list[AnalyticFace | None] = []
-        self.flat = _flats(mesh, piece, pairs, diagonal)
+
+    @cached_property
+    def flat(self) -> Ints:
+        """Flat facet ``(F,)`` that each triangle is in."""
+        return _flats(self.mesh, self.piece, self.pairs, self.diagonal)
+
+    def wholes(self) -> None:
+        """Take what is connected for one surface where it is."""
+        joined = groups(len(self.label), self.pairs)[0]
+        for number in range(int(joined.max()) + 1):
+            own = joined == number
+            face = fitted(self.piece.take(own), self.diagonal)
+            if face is not None:
+                self._keep(own, face)
 
     def curved(self) -> None:
         """Grow curved surfaces from flat facets that are spread over the piece."""
@@ -161,7 +177,9 @@ class _Grower:
         """Take flat facets that are left for planes where they are tangent to what is beside them."""
         free = self.label < 0
         area = np.bincount(self.flat[free], self.piece.areas[free], int(self.flat.max()) + 1)
-        for flat in np.argsort(-area)[: np.count_nonzero(area)].tolist():
+        beside = np.unique(self.flat[self.pairs[~free[self.pairs].all(axis=1)]])
+        large = np.union1d(np.flatnonzero(area > _LARGE * area.sum()), beside[area[beside] > 0])
+        for flat in large[np.argsort(-area[large])].tolist():
             own = (self.flat == flat) & (self.label < 0)
             if own.any():
                 face = fitted(self.piece.take(own), self.diagonal, ("plane",))
@@ -209,6 +227,31 @@ class _Grower:
         joined = groups(len(free), self.pairs[free[self.pairs].all(axis=1)])[0]
         for number in np.unique(joined[free]).tolist():
             self._keep(joined == number, None)
+
+
+def without_creases(mesh: Mesh, pairs: Ints, diagonal: float) -> Ints:
+    """Pairs of triangles ``(P, 2)`` but for those that meet sharply: they turn much more than what is beside them.
+
+    An arc turns from each of its facets to the next by about the same angle; two planes meet in one place only.
+    """
+    piece = Piece.of(mesh)
+    flat = _flats(mesh, piece, pairs, diagonal)
+    between = flat[pairs]
+    cosine = (piece.normals[pairs[:, 0]] * piece.normals[pairs[:, 1]]).sum(axis=1)
+    turn = np.where(between[:, 0] != between[:, 1], np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.0)
+    both = np.concatenate([between, between[:, ::-1]])
+    twice = np.concatenate([turn, turn])
+    # of each facet, its largest turn, to which other, and the largest to any third
+    largest = np.zeros(int(flat.max()) + 1)
+    np.maximum.at(largest, both[:, 0], twice)
+    towards = np.full(len(largest), -1)
+    at_most = twice == largest[both[:, 0]]
+    towards[both[at_most, 0]] = both[at_most, 1]
+    second = np.zeros(len(largest))
+    third = both[:, 1] != towards[both[:, 0]]
+    np.maximum.at(second, both[third, 0], twice[third])
+    besides = np.where(towards[between] == between[:, ::-1], second[between], largest[between]).max(axis=1)
+    return np.asarray(pairs[~((turn > _CREASE) & (turn > _SHARPER * besides))])
 
 
 def _flats(mesh: Mesh, piece: Piece, pairs: Ints, diagonal: float) -> Ints:

@@ -16,7 +16,7 @@ from .face_groups import FaceGroup
 from .faces import FaceDistance
 from .mesh import Mesh
 from .mesh_patches import MeshPatch
-from .mesh_primitives import Primitives, primitives
+from .mesh_primitives import Primitives, primitives, without_creases
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -26,10 +26,11 @@ _ASIDE = 1e-3
 
 
 class _Piece(NamedTuple):
-    """Triangles between sharp edges, pairs ``(P, 2)`` of them that meet smoothly, and the surfaces that they are on."""
+    """Triangles between sharp edges, pairs ``(P, 2)`` of them, those that meet smoothly, and their surfaces."""
 
     mesh: Mesh
     pairs: Ints
+    smooth: Ints
     surfaces: Primitives
 
 
@@ -81,7 +82,8 @@ class MeshFaces:
     def _piece(self, number: int) -> _Piece:
         if number not in self._known:
             mesh, pairs = _part(self.mesh, self._pairs, self._numbers == number)
-            self._known[number] = _Piece(mesh, pairs, primitives(mesh, pairs, self.mesh.diagonal))
+            smooth = without_creases(mesh, pairs, self.mesh.diagonal)
+            self._known[number] = _Piece(mesh, pairs, smooth, primitives(mesh, smooth, self.mesh.diagonal))
         return self._known[number]
 
     def _distance(self, piece: _Piece, chosen: Mask) -> FaceDistance:
@@ -91,12 +93,12 @@ class MeshFaces:
         for number in np.unique(label[chosen]).tolist():
             face = faces[number]
             if face is None:
-                face = MeshPatch(*_part(piece.mesh, piece.pairs, chosen & (label == number)), self._reach)
+                face = MeshPatch(*_part(piece.mesh, piece.smooth, chosen & (label == number)), self._reach)
             members[number + 1] = face
         if len(members) == 1:
             return next(iter(members.values()))
         beside: dict[int, set[int]] = {}
-        for one, other in np.unique(label[piece.pairs] + 1, axis=0).tolist():
+        for one, other in np.unique(label[piece.smooth] + 1, axis=0).tolist():
             if one != other:
                 beside.setdefault(one, set()).add(other)
                 beside.setdefault(other, set()).add(one)

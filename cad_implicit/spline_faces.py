@@ -4,8 +4,8 @@ The surface is triangulated coarsely for a first guess of the closest point, whi
 Beyond its borders it goes on as straight lines along its tangents: ``S(u, v) = S(u0, v) + (u - u0) S_u(u0, v)``.
 
 Distances agree with the kernel's own projection to 1e-13 mm, and take 1.5 to 3 µs a point on two cores. Continuations
-are continuous in their tangents only: a cylinder of radius R given as a spline is off by ``s² / 2R`` at ``s`` beyond its
-border.
+are continuous in their tangents only: a cylinder of radius R given as a spline is off by ``s² / 2R`` at ``s`` beyond
+its border.
 
 Not promised: beyond a border that is curved inward these lines meet after its radius of curvature, and the distance
 jumps where they do.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapes
 import trimesh
 from sheets import TURN, placed
 
@@ -58,6 +59,18 @@ def test_free_form_face() -> None:
         value, gradient = face.value_and_gradient(placed(on * [3, 2, 1] + height * normal))
         assert np.abs(value + height).max() < 6e-3
         assert np.abs(gradient + normal @ TURN.T).max() < 0.25
+
+
+def test_planes_that_meet_at_a_small_angle() -> None:
+    """A ridge of 15 degrees is no edge, but does not bend the planes beside it; beyond it each goes on."""
+    half = np.radians(7.5)
+    mesh = shapes.extrusion([(-4, 0), (4, 0), (4, 2), (0, 2 + 4 * np.tan(half)), (-4, 2)], 5)
+    faces = PartFaces(open_part(mesh), 2.0)
+    (number,) = (n for n in range(1, 7) if kinds(faces, n).total() > 1)
+    assert kinds(faces, number) == {"plane": 2}
+    x, z = np.random.default_rng(7).uniform((-3.5, -2), (3.5, 2), (200, 2)).T
+    on = shapes.placed(np.column_stack([x, 2 + (4 - np.abs(x)) * np.tan(half), z]))
+    assert np.abs(faces.face(number)(on)).max() < 1e-12
 
 
 brep = pytest.mark.host

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .cad.edges import Edge
+from .chamfers import Flat, legs, meeting_points
 from .errors import RadiusError
 from .face_groups import PartFaces
 from .implicit import FloatArray
@@ -101,6 +102,8 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
             strips[i, e] for i, rail in enumerate(rails) for e in _ENDS if (rail, e) in vertex.ends and (i, e) in strips
         ]
         laid.others.extend(_mitres(endings, margin))
+        flat = _flat(vertex, endings, faces, margin)
+        laid.others.extend([] if flat is None else [flat])
         for ball in vertex.corners:
             corner = Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margin)
             laid.others.append(corner)
@@ -124,7 +127,7 @@ class _Layer:
     def __init__(self, rail: Rail, faces: PartFaces, at: dict[int, Vertex], margin: float) -> None:
         self.rail, self.faces, self.margin = rail, faces, margin
         self.at = [None if rail.guide.closed else at.get(end.vertex) for end in rail.ends]
-        self.radius = float(rail.law(np.linspace(0, rail.guide.length, 33))[0].max())
+        self.radius = max(rail.lengths or rail.law(np.linspace(0, rail.guide.length, 33))[0].tolist())
 
     def lay(self) -> tuple[Strip, tuple[_Ending, _Ending]] | None:
         """Strip and its ends; None if nothing is left of it between two corners."""
@@ -147,7 +150,7 @@ class _Layer:
                 raise RadiusError(f"{self._names()}: a ball of radius {self.radius:g} mm does not fit between its ends")
             if short > -_NOTHING * self.radius:
                 return None
-        rough = spine(guide, rail.supports, rail.law, guide.at) if any(free) else None
+        rough = self._spine(guide, guide.at) if any(free) else None
         endings = []
         for e in _ENDS:
             ending = _Ending({})
@@ -189,6 +192,9 @@ class _Layer:
 
     def _spine(self, guide: Guide, at: FloatArray) -> Spine:
         """Spine of the rail; if the ball stands still somewhere, as in a hole of its radius, of a ball a little smaller."""
+        lengths = self.rail.lengths
+        if lengths is not None:
+            return legs(guide, self.rail.supports, lengths, at)
         found = spine(guide, self.rail.supports, self.rail.law, at)
         way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
         if self.rail.constant is None or bool((way > _STILL * along).all()) and bool(found.solved.all()):
@@ -208,7 +214,7 @@ class _Layer:
         if len(bad):
             outward = outward[: int(np.flatnonzero(outward == bad[0])[0])]
         if len(outward) == 0:
-            raise RadiusError(f"{self._names()}: no ball of radius {self.radius:g} mm touches both faces at its end")
+            raise RadiusError(f"{self._names()}: {self._what()} does not reach both faces at its end")
         if not ending.around.cuts:
             return float(0.0 if which == 0 else self.rail.guide.length)
         held = np.concatenate([rough.touching(), rough.edge[:, None]], axis=1)
@@ -238,13 +244,31 @@ class _Layer:
         if not found.solved.all():
             x, y, z = found.edge[int(np.flatnonzero(~found.solved)[0])]
             raise RadiusError(
-                f"{self._names()}: no ball of radius {self.radius:g} mm touches both faces at "
+                f"{self._names()}: {self._what()} does not reach both faces at "
                 f"({x:.4g}, {y:.4g}, {z:.4g}) mm; use a smaller radius"
             )
+
+    def _what(self) -> str:
+        if self.rail.lengths is None:
+            return f"a ball of radius {self.radius:g} mm"
+        return f"a chamfer of {self.radius:g} mm"
 
     def _names(self) -> str:
         numbers = self.rail.numbers
         return f"edge {numbers[0]}" if len(numbers) == 1 else f"edges {', '.join(map(str, numbers))}"
+
+
+def _flat(vertex: Vertex, endings: Sequence[_Ending], faces: PartFaces, margin: float) -> Flat | None:
+    """What three chamfers of one length leave of a corner of three faces."""
+    rails = [rail for rail, _ in vertex.ends]
+    if len(endings) != 3 or len(vertex.sharp) != 3 or len({x for rail in rails for x in rail.lengths or (0, 1)}) != 1:
+        return None
+    parts = [(e.strip.spine, e.around.own) for e in endings if e.strip is not None and e.around is not None]
+    points = meeting_points(parts, vertex.place) if len(parts) == 3 else None
+    if points is None:
+        return None
+    groups = faces.groups([own[0] for own in vertex.clusters])
+    return Flat(points, vertex.place, [Support(group, rails[0].sign) for group in groups.values()], margin)
 
 
 def _scaled(law: Law, factor: float) -> Law:

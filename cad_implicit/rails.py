@@ -104,6 +104,12 @@ class Rail:
         return sorted({choice.edge.number for choice in self.choices})
 
     @property
+    def lengths(self) -> tuple[float, float] | None:
+        """Lengths of a chamfer on the left and on the right, if this is one."""
+        first, second = self.choices[0].radius, self.choices[0].second
+        return None if second is None or not isinstance(first, int | float) else (float(first), second)
+
+    @property
     def constant(self) -> float | None:
         """Radius, if it is the same everywhere and this is no chamfer."""
         radius = self.choices[0].radius
@@ -204,6 +210,7 @@ def _rail(parts: list[tuple[Choice, bool]], links: _Links, chain: list[tuple[int
         tangents.append(-edge.tangents[::-1] if turned else edge.tangents)
         sides.append((edge.faces[1], edge.faces[0]) if turned else (edge.faces[0], edge.faces[1]))
     first, last = parts[0], parts[-1]
+    turned = min(parts, key=lambda part: part[0].edge.number)[1]
     joined = (chain[0][0], int(chain[0][1])) in links
     closed = first[0].edge.closed if len(parts) == 1 else joined
     kept = [slice(0 if n == 0 else 1, None) for n in range(len(parts))]
@@ -219,7 +226,22 @@ def _rail(parts: list[tuple[Choice, bool]], links: _Links, chain: list[tuple[int
         End(last[0].edge.ends[0 if last[1] else 1], sides[-1]),
     )
     supports = (Support(beside[0], sign), Support(beside[1], sign))
-    return Rail([choice for choice, _ in parts], sign, guide, supports, ends)
+    return Rail([_facing(choice, turned) for choice, _ in parts], sign, guide, supports, ends)
+
+
+def _facing(choice: Choice, turned: bool) -> Choice:
+    """Give a choice as a rail runs that may be turned around: the edge with the lowest number says what is meant."""
+    radius, second = choice.radius, choice.second
+    if not turned:
+        return choice
+    if second is not None and isinstance(radius, int | float):
+        return Choice(choice.edge, second, float(radius))
+    if isinstance(radius, tuple):
+        return Choice(choice.edge, (radius[1], radius[0]), second)
+    if isinstance(radius, int | float):
+        return choice
+    function = radius
+    return Choice(choice.edge, lambda fraction: function(1 - fraction), second)
 
 
 def sides_of(

@@ -190,11 +190,15 @@ class Spine:
     radius, slope : (N,) float64
         Its radius, and by how much that grows per mm of the centre's way.
     contacts : (N, 2, 3) float64
-        Unit directions from the centre to where it touches the faces.
+        Outward unit normals of the faces where it touches them.
     solved : (N,) bool
         Whether there is such a ball.
     closed : bool
         Whether the last sample is the first one again.
+    reaches : (N, 2, 3) float64
+        From the centres to where the faces are touched.
+    ball : bool
+        False for a chamfer: then the centres are the points of the edge.
     """
 
     at: FloatArray
@@ -206,16 +210,18 @@ class Spine:
     contacts: FloatArray
     solved: NDArray[np.bool_]
     closed: bool
+    reaches: FloatArray
+    ball: bool = True
 
     def touching(self) -> FloatArray:
-        """Points (N, 2, 3) where the ball touches the faces."""
-        return np.asarray(self.centres[:, None] + self.radius[:, None, None] * self.contacts)
+        """Points (N, 2, 3) where the faces are touched."""
+        return np.asarray(self.centres[:, None] + self.reaches)
 
     def part(self, which: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Spine:
         """Give some of the samples."""
         return Spine(
             self.at[which], self.edge[which], self.centres[which], self.tangents[which], self.radius[which],
-            self.slope[which], self.contacts[which], self.solved[which], self.closed,
+            self.slope[which], self.contacts[which], self.solved[which], self.closed, self.reaches[which], self.ball,
         )  # fmt: skip
 
     @property
@@ -308,7 +314,8 @@ def _samples(
     safe = np.where(length > 0, length, 1.0)
     tangents = np.where(length[:, None] > 1e-6, way / safe[:, None], along)
     slope = np.where(varying, growth / safe, 0.0)
-    return Spine(at, edge, centres, tangents, radius, slope, -gradients, solved, guide.closed)
+    reaches = -radius[:, None, None] * gradients
+    return Spine(at, edge, centres, tangents, radius, slope, -gradients, solved, guide.closed, reaches)
 
 
 def _grown(
@@ -368,6 +375,7 @@ def _merged(first: Spine, second: Spine) -> Spine:
         both(first.at, second.at), both(first.edge, second.edge), both(first.centres, second.centres),
         both(first.tangents, second.tangents), both(first.radius, second.radius), both(first.slope, second.slope),
         both(first.contacts, second.contacts), np.concatenate([first.solved, second.solved])[order], first.closed,
+        both(first.reaches, second.reaches), first.ball,
     )  # fmt: skip
 
 

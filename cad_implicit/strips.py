@@ -97,15 +97,13 @@ class Strip(Region):
     Parameters
     ----------
     spine : Spine
-        For a blend. All of it solved.
+        All of it solved.
     supports : two Supports
         The faces beside the edge.
     margin : float
         How far in mm it goes beyond the faces.
     corners : two bools
         Whether it starts, and ends, at a corner.
-    legs : (N, 2, 3) float64, optional
-        For a chamfer: from the points of the edge to where it meets the faces.
     """
 
     def __init__(
@@ -114,23 +112,19 @@ class Strip(Region):
         supports: Sequence[Support],
         margin: float,
         corners: tuple[bool, bool] = (False, False),
-        legs: FloatArray | None = None,
     ) -> None:
         self.spine, self.margin = spine, margin
-        self.ball = legs is None
-        touching = spine.touching() if legs is None else spine.edge[:, None] + legs
-        self._origins = spine.centres if legs is None else spine.edge
-        self._reaches = touching - self._origins[:, None]
+        touching = spine.touching()
+        self._origins, self._reaches = spine.centres, spine.reaches
         directions = spine.tangents
         out = np.stack([-support(touching[:, side])[1] for side, support in enumerate(supports)], axis=1)
         self._directions = np.ascontiguousarray(directions)
-        self._normals = spine.contacts if legs is None else out
+        self._normals = spine.contacts
         self._turns, self._lines = _face_lines(spine, touching, self._normals, out, supports)
         self._spans = speed(self._origins[:-1], self._origins[1:], directions[:-1], directions[1:])
         self._ways = np.concatenate([[0.0], np.cumsum(self._spans)])
         overlap = _OVERLAP * float(spine.radius.max())
         self._overlaps = np.array([overlap if corner else 0.0 for corner in corners])
-        self._slope = spine.slope if self.ball else np.zeros_like(spine.slope)
         reach = np.linalg.norm(spine.edge - self._origins, axis=1)
         self._reach = float(np.maximum(reach, np.linalg.norm(self._reaches, axis=2).max(axis=1)).max()) + 2 * margin
         held = np.concatenate([touching.reshape(-1, 3), spine.edge])
@@ -156,8 +150,8 @@ class Strip(Region):
         with parallel.threads(None, len(near)):
             canal.strip(
                 np.ascontiguousarray(points[near]), piece[near], self._origins, self._directions, self._spans,
-                self._ways, self.spine.radius, self._slope, self._reaches, self._normals, self._lines, self._turns,
-                self.spine.closed, self.ball, self.margin, self._overlaps, *out,
+                self._ways, self.spine.radius, self.spine.slope, self._reaches, self._normals, self._lines, self._turns,
+                self.spine.closed, self.spine.ball, self.margin, self._overlaps, *out,
             )  # fmt: skip
         value[near], gradient[near], way[near] = out
         return value, gradient, way
@@ -169,7 +163,7 @@ class Strip(Region):
         with parallel.threads(None, len(points)):
             canal.sectors(
                 np.ascontiguousarray(points), piece, self._origins, self._directions, self._spans, self.spine.radius,
-                self._slope, self._normals, self._turns, self.spine.closed, value, gradient, within,
+                self.spine.slope, self._normals, self._turns, self.spine.closed, value, gradient, within,
             )  # fmt: skip
         return value, gradient, within
 

@@ -29,7 +29,7 @@ _STEPS, _SOLVED = 25, 1e-6
 #: How far in radii, beside what the angle asks for, points are that belong to an edge.
 _REACH = 1.5
 #: A point whose defect is below this, in radii, is not asked about again.
-_PLAIN = 1e-7
+_PLAIN = 2e-5
 
 
 class Side(Protocol):

@@ -11,12 +11,8 @@ import argparse
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from multiprocessing import get_context
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +22,7 @@ from cad_implicit.cad.parts import open_part
 from cad_implicit.mesh import Mesh
 
 from .exact_blends import Blend, Size, exact_blend
+from .local_checks import Worker, numbers_in
 from .local_parts import Triple, sizes_of, turned_by
 from .local_triples import NAMED, TRIPLES
 from .runs import manifold_status
@@ -146,36 +143,6 @@ def perform_numbered(index: int) -> Outcome:
     return perform(index, (*NAMED, *TRIPLES)[index])
 
 
-class Worker:
-    """A child process for runs, started again after one that crashed or hung."""
-
-    def __init__(self, task: Callable[[int], Any], timeout: float = _TIMEOUT) -> None:
-        self._task, self._timeout = task, timeout
-        self._pool: ProcessPoolExecutor | None = None
-
-    def __call__(self, index: int) -> Any:
-        """Give what the task gives, or what happened instead as text."""
-        if self._pool is None:
-            self._pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
-        try:
-            return self._pool.submit(self._task, index).result(timeout=self._timeout)
-        except BrokenProcessPool:
-            self._pool = None
-            return "the process crashed"
-        except TimeoutError:
-            for process in list(self._pool._processes.values()):
-                process.kill()
-            self._pool = None
-            return f"not done after {self._timeout:g} s"
-        except Exception as error:
-            return f"{type(error).__name__}: {error}"
-
-    def close(self) -> None:
-        """End the child process."""
-        if self._pool is not None:
-            self._pool.shutdown()
-
-
 def main() -> int:
     """Print the table; return 1 if a run is not sound."""
     parser = argparse.ArgumentParser(description="Compare local blends with those of the exact kernel.")
@@ -185,8 +152,8 @@ def main() -> int:
     triples = (*NAMED, *TRIPLES)
     chosen = [i for i, triple in enumerate(triples) if not options.run or options.run in triple.name]
     if options.numbers:
-        chosen = [i for i in chosen if i in _numbers(options.numbers)]
-    worker = Worker(perform_numbered)
+        chosen = [i for i in chosen if i in numbers_in(options.numbers)]
+    worker = Worker(perform_numbered, _TIMEOUT)
     unsound = 0
     print(_HEADER)
     for index in chosen:
@@ -197,14 +164,6 @@ def main() -> int:
     worker.close()
     print(f"{len(chosen)} runs, {len(chosen) - unsound} sound, {unsound} not")
     return 1 if unsound else 0
-
-
-def _numbers(text: str) -> set[int]:
-    found: set[int] = set()
-    for piece in text.split(","):
-        low, _, high = piece.partition("-")
-        found |= set(range(int(low), int(high or low) + 1))
-    return found
 
 
 if __name__ == "__main__":

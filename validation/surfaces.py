@@ -115,7 +115,7 @@ class Errors:
     back : float
         Farthest sample of a blend from the triangles.
     chord : float
-        What of that may be the triangles' sagitta.
+        What of that may be the triangles' sagitta: chords of two spacings across the blend.
     volume : float
         Relative difference.
     volume_limit : float
@@ -172,7 +172,7 @@ def errors(mesh: Mesh, surfaces: Surfaces, blend: Mask, spacing: float, radius: 
         face=str(surfaces.names[nearest[worst]]),
         planes=float(distance[flat].max()) / spacing if flat.any() else 0.0,
         back=float(back.max()) / spacing,
-        chord=0.3 * spacing / radius,
+        chord=0.5 * spacing / radius,
         volume=mesh.volume / volume - 1,
         volume_limit=1e-4 + 0.2 * spacing**2 * bend / volume,
     )

@@ -112,7 +112,7 @@ class Flat(Region):
     """
 
     def __init__(self, points: FloatArray, tip: FloatArray, supports: Sequence[Support], margin: float) -> None:
-        self._point, self._supports, self._margin = points[0], tuple(supports), margin
+        self._point, self._supports, self.margin = points[0], tuple(supports), margin
         normal = np.cross(points[1] - points[0], points[2] - points[0])
         normal *= np.sign(normal @ (tip - points[0]))
         self._normal = normal / np.linalg.norm(normal)
@@ -125,8 +125,8 @@ class Flat(Region):
         value, gradient = (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
         for support in self._supports:
             f, slope = support(points)
-            less = f + self._margin < value
-            value, gradient = np.where(less, f + self._margin, value), np.where(less[:, None], slope, gradient)
+            less = f + self.margin < value
+            value, gradient = np.where(less, f + self.margin, value), np.where(less[:, None], slope, gradient)
         away = points - self._tip
         length = np.linalg.norm(away, axis=1)
         less = self._far - length < value

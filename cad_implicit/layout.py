@@ -11,8 +11,9 @@ import numpy as np
 from .cad.edges import Edge
 from .chamfers import Flat, legs, meeting_points
 from .errors import RadiusError
-from .face_groups import PartFaces
-from .implicit import FloatArray
+from .cliffs import cliff
+from .face_groups import FaceGroup, PartFaces
+from .implicit import FloatArray, Implicit
 from .joints import Around, Ball, Vertex, around, find_corners, vertices
 from .rails import Rail
 from .spines import Guide, Law, Spine, Support, extended, spine
@@ -36,6 +37,11 @@ _HALF = 0.7
 #: A ball that moves by less than this share of the way along the edge stands still; then it is made smaller by this share.
 _STILL = 1e-5
 _LESS = 1e-4
+
+#: Regions have at least this margin, in radii; and they may come out behind walls by this share of it: so much, and more
+#: than tessellation, which is a thousandth of it, is nothing beside the error allowed.
+_LEAST = 0.05
+_CLEAR = 0.005
 
 _ENDS: tuple[Literal[0, 1], Literal[0, 1]] = (0, 1)
 
@@ -62,7 +68,9 @@ class Laid:
     corners: list[Ball]
 
 
-def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: float) -> Laid:
+def lay(
+    rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: float, part: Implicit | None = None
+) -> Laid:
     """Regions that the blends of some rails take off or fill in.
 
     Parameters
@@ -75,6 +83,8 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
         All of the part's.
     margin : float
         How far in mm the regions go beyond the part's faces.
+    part : Implicit, optional
+        Distance to the part: regions stay out of what is behind thin walls and narrow gaps.
 
     Raises
     ------
@@ -86,11 +96,13 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
         find_corners(vertex, faces)
     laid = Laid({}, [], [], [])
     strips: dict[tuple[int, int], _Ending] = {}
+    margin_here: dict[int, float] = {}
     for index, rail in enumerate(rails):
-        made = _Layer(rail, faces, at, margin).lay()
+        made = _Layer(rail, faces, edges, at, margin, part).lay()
         if made is None:
             continue
         strip, endings = made
+        margin_here[id(rail)] = strip.margin
         trimmed = Trimmed(strip, [cut for ending in endings for cut in ending.cuts.values()])
         laid.strips[id(rail)] = trimmed
         laid.spines.append((strip.spine, rail.supports))
@@ -101,11 +113,12 @@ def lay(rails: Sequence[Rail], faces: PartFaces, edges: Sequence[Edge], margin: 
         endings = [
             strips[i, e] for i, rail in enumerate(rails) for e in _ENDS if (rail, e) in vertex.ends and (i, e) in strips
         ]
-        laid.others.extend(_mitres(endings, margin))
-        flat = _flat(vertex, endings, faces, margin)
+        least = min((margin_here[id(rail)] for rail, _ in vertex.ends if id(rail) in margin_here), default=margin)
+        laid.others.extend(_mitres(endings, least))
+        flat = _flat(vertex, endings, faces, least)
         laid.others.extend([] if flat is None else [flat])
         for ball in vertex.corners:
-            corner = Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margin)
+            corner = Corner(ball.centre, ball.radius, ball.contacts, vertex.place, least)
             laid.others.append(corner)
             laid.corners.append(ball)
     return laid
@@ -124,8 +137,17 @@ class _Ending:
 class _Layer:
     """Lays the strip of one rail."""
 
-    def __init__(self, rail: Rail, faces: PartFaces, at: dict[int, Vertex], margin: float) -> None:
-        self.rail, self.faces, self.margin = rail, faces, margin
+    def __init__(
+        self,
+        rail: Rail,
+        faces: PartFaces,
+        edges: Sequence[Edge],
+        at: dict[int, Vertex],
+        margin: float,
+        part: Implicit | None,
+    ) -> None:
+        self.rail, self.faces, self.edges, self.margin, self.part = rail, faces, edges, margin, part
+        self.supports = rail.supports
         self.at = [None if rail.guide.closed else at.get(end.vertex) for end in rail.ends]
         self.radius = max(rail.lengths or rail.law(np.linspace(0, rail.guide.length, 33))[0].tolist())
 
@@ -135,7 +157,7 @@ class _Layer:
         if guide.closed:
             found = self._spine(guide, guide.at)
             self._check(found)
-            return Strip(found, rail.supports, self.margin), (_Ending({}), _Ending({}))
+            return self._strip(found, (False, False), {}), (_Ending({}), _Ending({}))
         balls = [self._ball(which) for which in _ENDS]
         free = [balls[e] is None and not rail.ends[e].smooth and self.at[e] is not None for e in _ENDS]
         room = [_EXTENT * self.radius if free[e] or balls[e] is not None else 0.0 for e in _ENDS]
@@ -163,7 +185,8 @@ class _Layer:
         for e in _ENDS:
             if (ball := balls[e]) is not None:
                 found.centres[-e] = ball.centre
-        strip = Strip(found, rail.supports, self.margin, (balls[0] is not None, balls[1] is not None))
+        cuts = {cluster: cut for ending in endings for cluster, cut in ending.cuts.items()}
+        strip = self._strip(found, (balls[0] is not None, balls[1] is not None), cuts)
         for ending in endings:
             ending.cuts = {
                 cluster: Cut(cut.support, cut.side, cut.end, float(strip.way(cut.way)), cut.margin)
@@ -195,12 +218,43 @@ class _Layer:
         lengths = self.rail.lengths
         if lengths is not None:
             return legs(guide, self.rail.supports, lengths, at)
-        found = spine(guide, self.rail.supports, self.rail.law, at)
+        found = spine(guide, self.supports, self.rail.law, at)
+        if self.supports is self.rail.supports and self._falls(found):
+            found = spine(guide, self.supports, self.rail.law, at)
         way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
         if self.rail.constant is None or bool((way > _STILL * along).all()) and bool(found.solved.all()):
             return found
-        less = spine(guide, self.rail.supports, _scaled(self.rail.law, 1 - _LESS), at)
+        less = spine(guide, self.supports, _scaled(self.rail.law, 1 - _LESS), at)
         return less if bool(less.solved.all()) else found
+
+    def _falls(self, found: Spine) -> bool:
+        """Whether the ball leaves a face over a border along the edge; then that is where the face ends from now on."""
+        rail = self.rail
+        ends = {end.vertex for end in rail.ends if end.vertex and not rail.guide.closed}
+        barred = {edge.number for edge in self.edges if ends & set(edge.ends)} | set(rail.numbers)
+        inside = found.solved & (found.at >= 0) & (found.at <= rail.guide.length)
+        supports = list(rail.supports)
+        for side, support in enumerate(rail.supports):
+            if not isinstance(support.face, FaceGroup) or not inside.any():
+                continue
+            end = cliff(support.face, support.face.members, rail.guide, self.edges, barred, self.radius)
+            if end is not None and bool(end.border(found.touching()[inside, side])[1].any()):
+                supports[side] = Support(end, support.sign)
+        self.supports = (supports[0], supports[1])
+        return any(one is not other for one, other in zip(supports, rail.supports, strict=True))
+
+    def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: dict[int, Cut]) -> Strip:
+        """Strip whose margin is less where there is more of the part behind a thin wall or gap."""
+        strip = Strip(found, self.rail.supports, self.margin, corners)
+        while self.part is not None and strip.margin > _LEAST * self.radius:
+            skin = strip.skin()
+            for cut in cuts.values():
+                skin = skin[cut.side * cut.support(skin)[0] > 0]
+            if len(skin) == 0 or float((self.rail.sign * self.part(skin)).max()) < _CLEAR * self.margin:
+                break
+            strip = Strip(found, self.rail.supports, strip.margin / 2, corners)
+        self.margin = strip.margin
+        return strip
 
     def _free(self, which: Literal[0, 1], rough: Spine, ending: _Ending) -> float:
         """Position at which a strip that ends at faces may stop; fills in the cuts, their ways still positions."""

@@ -27,15 +27,14 @@ from .layout import Laid, lay
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .rails import Choice, Radius, rails
-from .strips import Region, Regions, Without
+from .strips import SPACINGS, Region, Regions, Without
 
 Pair = tuple[FloatArray, FloatArray]
 
 #: Convexities of edges that can be blended.
 KINDS = ("convex", "concave")
 
-#: How far regions stick out of the part, in spacings and in radii: less than two spacings is contoured only roughly.
-_MARGIN_SPACINGS = 2.0
+#: How far regions stick out of the part at least, in radii.
 _MARGIN_RADII = 0.02
 
 #: How far free-form faces are continued, in radii.
@@ -162,19 +161,20 @@ def blend_edges(
     h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance)
     progress("spines", 0.0)
     faces = PartFaces(opened, _REACH * largest, found)
-    margin = max(_MARGIN_SPACINGS * h, _MARGIN_RADII * largest)
+    margin = max(SPACINGS * h, _MARGIN_RADII * largest)
+    mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
+    part = MeshDistance(mesh, threads=threads)
     try:
-        laid = _laid(choices, faces, found, margin)
+        laid = _laid(choices, faces, found, margin, part)
     except RadiusError as error:
         fits = _fitting(choices, faces, found, margin)
         advice = f"; the largest radius for these edges is {fits * largest:.4g} mm" if fits > 0 else ""
         raise RadiusError(f"{error}{advice}") from None
     progress("spines", 1.0)
-    mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
     pieces = [[*laid[kind].strips.values(), *laid[kind].others] if kind in laid else [] for kind in KINDS]
     if not any(pieces):
         raise RadiusError("nothing is left to blend: all edges are shorter than their corners")
-    return LocalBlend(MeshDistance(mesh, threads=threads), *pieces, h, laid)
+    return LocalBlend(part, *pieces, h, laid)
 
 
 def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:
@@ -201,7 +201,13 @@ def largest_radius(part: OpenPart, found: Sequence[Edge], choices: Sequence[Choi
     return size * _fitting(whole, faces, found, 0.0)
 
 
-def _laid(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float) -> dict[str, Laid]:
+def _laid(
+    choices: Sequence[Choice],
+    faces: PartFaces,
+    found: Sequence[Edge],
+    margin: float,
+    part: MeshDistance | None = None,
+) -> dict[str, Laid]:
     single = [
         rail for kind in KINDS for rail in rails([choice for choice in choices if choice.edge.convexity == kind], faces)
     ]
@@ -210,7 +216,7 @@ def _laid(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], ma
     for kind, sign in (("concave", -1.0), ("convex", 1.0)):
         own = [rail for rail in joined if rail.sign == sign]
         if own:
-            laid[kind] = lay(own, faces, found, margin)
+            laid[kind] = lay(own, faces, found, margin, part)
     # what is filled in around a rounded edge comes after it
     for first in set(after) & set(laid["convex"].strips) if len(laid) == 2 else ():
         filled = [laid["concave"].strips[id(rail)] for rail in after[first] if id(rail) in laid["concave"].strips]

@@ -33,6 +33,9 @@ _OVERLAP = 0.002
 _FINE = 0.02
 _MOST = 5000
 
+#: Margins must be at least this many spacings: less is contoured only roughly.
+SPACINGS = 2.0
+
 #: Steepest line of a face over its tangent that is followed.
 _STEEPEST = 5.0
 
@@ -46,9 +49,12 @@ class Region(ABC):
     ----------
     box : (2, 3) float64
         Lower and upper corner in mm of a box that holds its inside.
+    margin : float
+        How far in mm it goes beyond the part's surface.
     """
 
     box: FloatArray
+    margin: float
 
     @abstractmethod
     def value_and_gradient(self, points: FloatArray) -> Pair:
@@ -130,6 +136,18 @@ class Strip(Region):
         held = np.concatenate([touching.reshape(-1, 3), spine.edge])
         pad = 2 * margin + overlap + self._bulge()
         self.box = np.stack([held.min(axis=0) - pad, held.max(axis=0) + pad])
+
+    def skin(self) -> FloatArray:
+        """Points (N, 3) of its border beyond the faces, between where it touches them and the edge."""
+        along = np.cross(self.spine.tangents[:, None], self._normals) * self._turns[:, None]
+        along /= np.linalg.norm(along, axis=2)[:, :, None]
+        length, height = self._lines[:, :, 0], self._lines[:, :, 1]
+        touching = self.spine.touching()
+        points = []
+        for share in (0.0, 0.5, 1.0):
+            above = share * share * height + self.margin
+            points.append(touching + (share * length)[:, :, None] * along + above[:, :, None] * self._normals)
+        return np.concatenate(points).reshape(-1, 3)
 
     def way(self, at: ArrayLike) -> FloatArray:
         """Ways (N,) in mm along the spine for positions (N,) along the edge."""
@@ -217,7 +235,7 @@ class Trimmed(Region):
 
     def __init__(self, strip: Strip, cuts: Sequence[Cut]) -> None:
         self.strip, self.cuts = strip, tuple(cuts)
-        self.box = strip.box
+        self.box, self.margin = strip.box, strip.margin
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -235,6 +253,7 @@ class Mitre(Region):
         low = np.max([region.box[0] for region in regions], axis=0)
         high = np.min([region.box[1] for region in regions], axis=0)
         self.box = np.stack([low, np.maximum(low, high)])
+        self.margin = min(region.margin for region in regions)
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -251,7 +270,7 @@ class Without(Region):
 
     def __init__(self, region: Region, others: Sequence[Region]) -> None:
         self._region, self._others = region, Regions(others)
-        self.box = region.box
+        self.box, self.margin = region.box, region.margin
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -278,7 +297,7 @@ class Corner(Region):
     """
 
     def __init__(self, centre: FloatArray, radius: float, contacts: FloatArray, tip: FloatArray, margin: float) -> None:
-        self._centre, self._radius, self._contacts = centre, radius, contacts
+        self._centre, self._radius, self._contacts, self.margin = centre, radius, contacts, margin
         walls = np.cross(contacts, np.roll(contacts, -1, axis=0))
         walls *= np.sign(walls @ contacts.sum(axis=0))[:, None]
         self._walls = walls / np.linalg.norm(walls, axis=1)[:, None]
@@ -320,6 +339,7 @@ class Regions(Implicit):
     def __init__(self, regions: Sequence[Region]) -> None:
         self.regions = tuple(regions)
         boxes = np.array([region.box for region in regions])
+        self.spacing = min(region.margin for region in regions) / SPACINGS
         self.bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     def __call__(self, points: ArrayLike) -> FloatArray:

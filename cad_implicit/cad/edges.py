@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cad_implicit.errors import SelectorError
 from cad_implicit.mesh import FloatArray
 
 from .parts import OpenPart, open_part
@@ -165,7 +166,7 @@ def selected(found: Sequence[Edge], selector: str) -> tuple[Edge, ...]:
 
 
 def edge_number(part: OpenPart, found: Sequence[Edge], one: Any) -> int:
-    """Number of an edge, however it is given.
+    """Give the number of an edge, however it is given.
 
     Parameters
     ----------

@@ -34,6 +34,13 @@ The two boxes are 112 mm³; the ball of radius 1 in the corner adds (1 - pi/4) m
 True
 >>> ci.save(mesh, "part.stl")  # doctest: +SKIP
 
+Chosen edges of a part are filleted, rounded or chamfered as in CAD, up to their ends, and nothing else changes:
+
+>>> block = ci.contour(ci.box((8, 4, 2)), 0.5)
+>>> part = ci.contour(ci.fillet(block, 1.5, edges="|Z"))
+>>> bool(abs(part.volume - (64 - 4 * (1 - np.pi / 4) * 1.5**2 * 2)) < 0.01)
+True
+
 Parts can be made of primitives with exact distances, carved out to a wall, and filled with a lattice:
 
 >>> part = ci.box((8, 4, 2)) - ci.cylinder(0.8, 3).moved((2, 0, 0)) | ci.sphere(1.5).moved((-2, 0, 1))
@@ -65,6 +72,9 @@ if TYPE_CHECKING:
     from .job import run as run
     from .lattice import slab_lattice as slab_lattice
     from .lattice import strut_lattice as strut_lattice
+    from .local_blend import LocalBlend as LocalBlend
+    from .local_ops import chamfer as chamfer
+    from .local_ops import max_radius as max_radius
     from .mesh import Mesh as Mesh
     from .minimal import tpms as tpms
     from .ops import fillet as fillet
@@ -115,6 +125,7 @@ _HOMES = {
     "Function": "implicit",
     "Grid": "grid",
     "Implicit": "implicit",
+    "LocalBlend": "local_blend",
     "Mesh": "mesh",
     "MeshDistance": "distance",
     "RAlpha": "rsystems",
@@ -124,6 +135,7 @@ _HOMES = {
     "blend_subtraction": "rjoins",
     "blend_union": "rjoins",
     "box": "shapes",
+    "chamfer": "local_ops",
     "circle": "shapes",
     "compare": "comparison",
     "cone": "shapes",
@@ -137,6 +149,7 @@ _HOMES = {
     "fillet": "ops",
     "graded": "grading",
     "infill": "shelling",
+    "max_radius": "local_ops",
     "mirrored": "transforms",
     "moved": "transforms",
     "normalize": "rfunctions",

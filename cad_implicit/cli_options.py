@@ -14,7 +14,12 @@ Output = Annotated[
         "--output", "-o", metavar="OUT", help="Result: .stl .3mf .obj .ply .step .brep, or a field .npz .vti .nrrd"
     ),
 ]
-Radius = Annotated[float, typer.Option("--radius", "-r", metavar="R", help="Radius of the ball in mm.")]
+Radius = Annotated[
+    float | None,
+    typer.Option(
+        "--radius", "-r", metavar="R", help="Radius of the ball in mm; not needed if --edge-radius tells all."
+    ),
+]
 Spacing = Annotated[
     float | None,
     typer.Option("--spacing", metavar="H", help="Grid spacing in mm (default: min(r/6, diagonal/100))."),
@@ -49,6 +54,33 @@ Open = Annotated[
 Edges = Annotated[
     str,
     typer.Option("--edges", metavar="SELECTOR", help='Edges: all, concave, convex, "|Z", ">Z", "%circle", "3,5,7" …'),
+]
+_SELECTOR = 'all, concave, convex, "|Z", ">Z", "%circle", "3,5,7" …'
+Chosen = Annotated[
+    str | None,
+    typer.Option(
+        "--edges",
+        metavar="SELECTOR",
+        help=f"Edges to work on, as in CAD, each by its kind: {_SELECTOR} Without it the whole part is worked on.",
+    ),
+]
+ToChamfer = Annotated[str, typer.Option("--edges", metavar="SELECTOR", help=f"Edges to chamfer: {_SELECTOR}")]
+EdgeRadius = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--edge-radius",
+        metavar="SELECTOR=R",
+        help="Radius of some edges in mm, or R0:R1 from the start to the end of each; may repeat, the last one counts.",
+    ),
+]
+NoTangent = Annotated[
+    bool, typer.Option("--no-tangent", help="Leave out edges that go on smoothly from the chosen ones.")
+]
+NoRadius = Annotated[bool, typer.Option("--no-radius", help="Do not look for the largest radius of each edge.")]
+Length = Annotated[float, typer.Option("--length", "-l", metavar="L", help="Length of the chamfer on a face in mm.")]
+Length2 = Annotated[
+    float | None,
+    typer.Option("--length2", metavar="L2", help="Its length on the second face, listed by the command edges."),
 ]
 Cell = Annotated[float, typer.Option("--cell", metavar="C", help="Period of the lattice, a gyroid, in mm.")]
 Wall = Annotated[float, typer.Option("--wall", metavar="W", help="Thickness of its walls and of the skin in mm.")]

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .booleans import Boolean
+from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError
 from .exact import surface_of
 from .field import Field
 from .implicit import Implicit, polished
+from .local_blend import LocalBlend
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sizing import check_bounded
@@ -47,7 +49,8 @@ def contour(
     shape : Implicit
         In 3-D. A Field is contoured on its own grid by marching cubes (Lewiner et al. 2003,
         DOI 10.1080/10867651.2003.10487582), anything else by dual contouring. Where the shape runs into the border of
-        its grid or bounds it is closed there, a Field with a GeometryWarning.
+        its grid or bounds it is closed there, a Field with a GeometryWarning. A LocalBlend at its own spacing gives its
+        :meth:`~cad_implicit.LocalBlend.mesh`, unless the part leaks or overlaps itself.
     spacing : float, optional
         Width of the cells in mm; by default the one that the shape was made with. Not for a Field.
     threads : int, optional
@@ -75,6 +78,8 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
+    if isinstance(shape, LocalBlend) and h == shape.spacing and _is_sound(shape.parent):
+        return shape.mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
@@ -89,6 +94,11 @@ def _cheapest(shape: Implicit) -> Implicit:
         joined.first, joined.second = _cheapest(shape.first), _cheapest(shape.second)
         return joined
     return surface_of(shape)
+
+
+def _is_sound(part: MeshDistance) -> bool:
+    """Whether the triangles of a part bound it: none is missing, none lies inside."""
+    return part.sign == "pseudonormal" and part.mesh.is_watertight
 
 
 def _marching_cubes(field: Field) -> Mesh:

@@ -5,23 +5,23 @@ Front ends (command line, hosts, reports) call :func:`run` and show its :class:`
 
 from __future__ import annotations
 
-import dataclasses
-import time
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from . import ops, shelling, sizing
 from .cad import open_part
+from .choices import Edges
 from .contouring import contour
 from .distance import MeshDistance
-from .errors import GeometryWarning, OpenMeshError, RefusedError, SpacingError
-from .field import Field, sample
+from .errors import GeometryWarning, RadiusError, RefusedError, SpacingError
 from .implicit import Implicit
+from .local_job import run_local
+from .local_ops import KINDS
 from .mesh import Mesh
+from .outcome import Clock, Outcome, leaks
 from .parallel import Progress, no_progress
+from .rails import Radius
 from .simplifying import simplify as simplified
 from .sizing import Engine
 
@@ -32,77 +32,18 @@ LOST_VOLUME_LIMIT = 0.5
 _AMOUNTS = {"offset": "the offset's amount", "shell": "the wall's thickness", "infill": "the wall's thickness"}
 
 #: Operations by name.
-OPERATIONS = ("fillet", "round", "smooth", "offset", "shell", "infill")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came of a job.
-
-    Attributes
-    ----------
-    shape : Implicit
-        The shape after the operation.
-    mesh, before : Mesh
-        Its contour, and the part's own mesh.
-    spacing : float
-        Grid spacing in mm.
-    seconds : dict
-        Wall time by stage.
-    warnings : list of str
-        What differs from what a user may expect.
-    error_bound : float or None
-        Largest expected distance in mm between the mesh and the true result; None if the part leaks.
-    options : dict
-        What an operation took besides its amount: side and open of a shell, cell of an infill.
-    """
-
-    operation: str
-    amount: float
-    engine: Engine
-    shape: Implicit
-    mesh: Mesh
-    before: Mesh
-    spacing: float
-    error_bound: float | None
-    seconds: dict[str, float]
-    warnings: list[str] = dataclasses.field(default_factory=list)
-    options: dict[str, Any] = dataclasses.field(default_factory=dict)
-
-    def field(self) -> Field:
-        """Sample the result on a regular grid at its spacing."""
-        if isinstance(self.shape, Field):
-            return self.shape
-        bounds = self.shape.bounds
-        h = sizing.choose_spacing(bounds, abs(self.amount), engine="reinit", spacing=self.spacing)
-        return sample(self.shape, sizing.grid_over(bounds, h, 0.0))
-
-    def as_dict(self) -> dict[str, Any]:
-        """Figures of the job, ready for JSON; lengths in mm, volumes in mm³, times in seconds."""
-        return {
-            "input": self.before.source.get("name"),
-            "operation": self.operation,
-            "radius": self.amount,
-            **self.options,
-            "spacing": self.spacing,
-            "engine": self.engine,
-            "triangles": len(self.mesh.faces),
-            "watertight": self.mesh.is_watertight,
-            "volume_before": self.before.volume,
-            "volume_after": self.mesh.volume,
-            "components_before": self.before.components,
-            "components_after": self.mesh.components,
-            "seconds": self.seconds,
-            "warnings": self.warnings,
-            "error_bound": self.error_bound,
-        }
+OPERATIONS = ("fillet", "round", "smooth", "offset", "shell", "infill", "chamfer")
 
 
 def run(
     part: object,
     operation: str,
-    amount: float,
+    amount: Radius | None = None,
     *,
+    edges: Edges | None = None,
+    edge_radius: Mapping[Any, Radius] | None = None,
+    second: float | None = None,
+    tangent: bool = True,
     side: shelling.Side = "inward",
     open: str | None = None,
     cell: float | None = None,
@@ -120,9 +61,17 @@ def run(
     ----------
     part : path, CAD object, Mesh, or (vertices, faces)
         Whatever :func:`cad_implicit.to_mesh` reads.
-    operation : "fillet", "round", "smooth", "offset", "shell" or "infill"
+    operation : "fillet", "round", "smooth", "chamfer", "offset", "shell" or "infill"
     amount : float
-        Radius, the signed distance of an offset, or the thickness of walls, in mm.
+        Radius, length of a chamfer, signed distance of an offset, or thickness of walls, in mm. Of chosen edges also a
+        pair or a function, for radii that vary; None if ``edge_radius`` holds them all.
+    edges, tangent
+        Edges to fillet, round, smooth or chamfer, and whether those that go on smoothly are worked on, too; see
+        :func:`cad_implicit.fillet`. By default all edges, by the ball that works on the whole part.
+    edge_radius : mapping, optional
+        Edges to their own radii; ``amount`` is for the rest of ``edges``.
+    second : float, optional
+        Second length of a chamfer in mm.
     side, open
         Of a shell; see :func:`cad_implicit.shell`.
     cell : float, optional
@@ -149,7 +98,26 @@ def run(
         raise ValueError(f"operation must be one of {', '.join(OPERATIONS)}, not {operation!r}")
     if simplify is not None:
         sizing.positive("simplify", simplify, SpacingError)
-    clock = _Clock(progress)
+    if edges is not None or edge_radius or operation == "chamfer":
+        _check_local(operation, amount, second, edges, edge_radius, engine)
+        return run_local(
+            part,
+            operation,
+            amount,
+            edges=edges,
+            edge_radius=edge_radius,
+            second=second,
+            tangent=tangent,
+            spacing=spacing,
+            tolerance=tolerance,
+            simplify=simplify,
+            force=force,
+            threads=threads,
+            progress=progress,
+        )
+    if not isinstance(amount, float | int):
+        raise RadiusError("give a radius in mm; one that varies needs chosen edges")
+    clock = Clock(progress)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeometryWarning)
         with clock.stage("read"):
@@ -164,7 +132,7 @@ def run(
         h = sizing.choose_spacing(bounds, detail, engine=engine, spacing=spacing, tolerance=tolerance, margin=margin)
         with clock.stage("mesh"):
             before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
-            leak = _leak(before, force=force)
+            leak = leaks(before, force=force)
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function, options = _function(operation, side, open, cell)
@@ -200,32 +168,32 @@ def _function(
     return (ops.offset if operation == "offset" else ops.BLENDS[operation]), {}
 
 
+def _check_local(
+    operation: str,
+    amount: Radius | None,
+    second: float | None,
+    edges: Edges | None,
+    edge_radius: Mapping[Any, Radius] | None,
+    engine: Engine,
+) -> None:
+    """Raise ValueError if the arguments do not go together."""
+    if operation not in KINDS:
+        raise ValueError(f"{operation} works on the whole part; edges can be chosen for {', '.join(KINDS)}")
+    if engine != "exact":
+        raise ValueError(f'chosen edges are worked on by the engine "exact", not {engine!r}')
+    if operation == "chamfer":
+        if edges is None or edge_radius:
+            raise ValueError("a chamfer needs edges, and has one length for all of them")
+        if not isinstance(amount, float | int):
+            raise RadiusError("give the chamfer's length in mm")
+        for length in (amount, amount if second is None else second):
+            sizing.positive("the chamfer's length", length)
+    elif edges is None and amount is not None:
+        raise ValueError("a radius for the rest of the edges needs edges; leave it out, or say which")
+
+
 def _infill(part: Implicit, wall: float, *, cell: float, **options: Any) -> Implicit:
     return shelling.infill(part, cell, wall, **options)
-
-
-def _leak(part: Mesh, *, force: bool) -> list[str]:
-    """Tell what becomes of a part that is not closed; nothing if it is.
-
-    Raises
-    ------
-    OpenMeshError
-        If it is not, unless forced.
-    """
-    try:
-        part.require_closed()
-    except OpenMeshError as error:
-        if force:
-            return [
-                f"the part is not closed: {error.open_edges} edges of its mesh are open or shared by more than two "
-                "triangles; inside and outside were told apart by winding numbers, its holes were closed by guess, and "
-                "the error bound does not hold"
-            ]
-        advice = "; or use --force to have its holes closed by guess, with no bound on the error"
-        if part.source.get("kind") == "brep":
-            advice += ". The part itself is invalid: where a union in CadQuery made it so, try clean=False there"
-        raise OpenMeshError(f"{error}{advice}", error.open_edges) from None
-    return []
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:
@@ -259,19 +227,3 @@ def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: 
     if operation not in ("shell", "infill") and before.is_watertight and before.genus != after.genus:
         notes.append(f"the number of through holes changed from {before.genus} to {after.genus}")
     return notes
-
-
-class _Clock:
-    """Wall time by stage; passes progress on."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.seconds: dict[str, float] = {}
-        self._progress = progress
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        self._progress(name, 0.0)
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = time.perf_counter() - start
-        self._progress(name, 1.0)

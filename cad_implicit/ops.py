@@ -1,8 +1,9 @@
 """Operations: functions from a shape to a shape, by repeated offset and re-distancing.
 
 ``offset``, ``round`` (opening: convex edges), ``fillet`` (closing: concave edges) and ``smooth`` (both) take any
-Implicit, a Mesh, or a part that :func:`cad_implicit.to_mesh` reads, and return a new Implicit, so they nest. All are
-global: the whole shape is worked on by a ball of the given radius.
+Implicit, a Mesh, or a part that :func:`cad_implicit.to_mesh` reads, and return a new Implicit, so they nest. They are
+global: the whole shape is worked on by a ball of the given radius; but for edges that are chosen
+(:mod:`cad_implicit.local_ops`).
 
 Two engines stand behind one signature. ``exact`` (the default for parts, meshes, primitives with exact distances and
 what it made itself) computes exact distances and keeps sharp edges (:mod:`cad_implicit.exact`). ``reinit`` (the default
@@ -20,15 +21,19 @@ import numpy as np
 from . import exact, reinit, sizing
 from .booleans import Boolean
 from .cad import to_mesh
+from .choices import Edges
 from .contouring import contour
 from .distance import MeshDistance
-from .errors import EmptyResultError, GeometryWarning
+from .errors import EmptyResultError, GeometryWarning, RadiusError
 from .field import Field
 from .grid import Grid
 from .implicit import Implicit
 from .kernels.bvh import Tree
+from .local_blend import LocalBlend
+from .local_ops import blend
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .rails import Radius
 from .sizing import Engine
 from .thickness import thin_spots
 from .transforms import Placed
@@ -91,15 +96,65 @@ def offset(
 
 def fillet(
     shape: Shape,
-    radius: float,
+    radius: Radius | None = None,
     *,
+    edges: Edges | None = None,
+    tangent: bool = True,
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
 ) -> Implicit:
-    """Fillet all concave edges: the closing by a ball (section 4.3 of the paper). Parameters as for :func:`offset`."""
+    """Fillet concave edges by the closing of the whole shape (section 4.3 of the paper), or chosen edges of both kinds.
+
+    Parameters
+    ----------
+    shape : Implicit, Mesh or part
+        With ``edges`` a part: a path, a host object, triangles, a MeshDistance or a LocalBlend.
+    radius : float, pair of float, or callable
+        In mm. A pair is for the start and the end of each edge, a callable takes the fraction of its length; both for
+        chosen edges only. None if each has its own.
+    edges : selector, number, Edge, edge of the host, points (N, 3), a sequence of these, or a mapping of these to radii
+        Which edges to fillet; a selector is "all", "concave", "convex", "|Z", ">Z", "3,5,7" …
+        (:mod:`cad_implicit.cad.selectors`). The ball then touches the two faces beside an edge, continued beyond their
+        borders, and no others: the radius is constant up to the ends, thin parts do not matter, and nothing but the
+        neighbourhood of these edges changes. Convex edges are rounded, concave ones filled.
+    tangent : bool
+        Whether edges that go on smoothly from the chosen ones are filleted, too.
+    spacing, tolerance, engine, threads, progress
+        As for :func:`offset`; chosen edges take the engine "exact".
+
+    Returns
+    -------
+    Implicit
+        For chosen edges a LocalBlend; :func:`cad_implicit.contour` keeps the part's own triangles elsewhere.
+
+    Raises
+    ------
+    RadiusError
+        If a radius is not positive and finite, or does not fit: for chosen edges names the edge and the largest that
+        does.
+    SelectorError
+        If no edge is chosen, or one that cannot be filleted is, or the shape is no part.
+    SpacingError, MemoryLimitError, OpenMeshError, EmptyResultError
+        With what was wrong, the figures, and what to do.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> from cad_implicit import contour
+    >>> block = trimesh.creation.box((20, 20, 10))
+    >>> part = contour(fillet(block, edges={"|Z and >X": 3.0, ">Z and >Y": 2.0}, spacing=0.5))
+    >>> part.is_watertight, bool(abs(4000 - (1 - np.pi / 4) * (2 * 9 * 10 + 4 * 18) - part.volume) < 2)
+    (True, True)
+    """
+    if edges is not None:
+        return blend(
+            "fillet", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
+            threads=threads, progress=progress,
+        )  # fmt: skip
+    radius = _constant(radius)
     call = Call(shape, radius, radius, False, spacing, tolerance, engine, threads, progress)
     if call.engine == "reinit":
         return reinit.closing(call.field(("outside",)), radius, threads=threads, progress=progress)
@@ -108,18 +163,27 @@ def fillet(
 
 def round(  # the operation's name in CAD and in the paper
     shape: Shape,
-    radius: float,
+    radius: Radius | None = None,
     *,
+    edges: Edges | None = None,
+    tangent: bool = True,
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine | None = None,
     threads: int | None = None,
     progress: Progress = no_progress,
 ) -> Implicit:
-    """Round all convex edges: the opening by a ball (section 4.2 of the paper). Parameters as for :func:`offset`.
+    """Round convex edges by the opening of the whole shape (section 4.2 of the paper), or chosen convex edges.
 
-    Whatever is thinner than twice the radius is deleted, with a GeometryWarning.
+    Parameters and errors as for :func:`fillet`; edges that are concave are an error. Without chosen edges, whatever is
+    thinner than twice the radius is deleted, with a GeometryWarning.
     """
+    if edges is not None:
+        return blend(
+            "round", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
+            threads=threads, progress=progress,
+        )  # fmt: skip
+    radius = _constant(radius)
     call = Call(shape, radius, 0.0, True, spacing, tolerance, engine, threads, progress)
     if call.engine == "reinit":
         return _nonempty(reinit.opening(call.field(("inside",)), radius, threads=threads, progress=progress), radius)
@@ -128,8 +192,10 @@ def round(  # the operation's name in CAD and in the paper
 
 def smooth(
     shape: Shape,
-    radius: float,
+    radius: Radius | None = None,
     *,
+    edges: Edges | None = None,
+    tangent: bool = True,
     first: Literal["round", "fillet"] = "round",
     spacing: float | None = None,
     tolerance: float | None = None,
@@ -137,10 +203,17 @@ def smooth(
     threads: int | None = None,
     progress: Progress = no_progress,
 ) -> Implicit:
-    """Round all convex and fillet all concave edges (section 4.4 of the paper). Parameters as for :func:`offset`.
+    """Round convex and fillet concave edges: all of them (section 4.4 of the paper), or chosen ones.
 
-    ``first`` tells which of the two comes first; the results differ where both kinds of edge meet.
+    Parameters and errors as for :func:`fillet`. ``first`` tells which of the two comes first on the whole shape; the
+    results differ where both kinds of edge meet.
     """
+    if edges is not None:
+        return blend(
+            "smooth", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
+            threads=threads, progress=progress,
+        )  # fmt: skip
+    radius = _constant(radius)
     call = Call(shape, radius, radius, True, spacing, tolerance, engine, threads, progress)
     sides: tuple[Side, ...] = ("inside", "outside")
     if call.engine == "reinit":
@@ -152,6 +225,19 @@ def smooth(
 
 #: The operations that take a radius, by name.
 BLENDS: dict[str, Callable[..., Implicit]] = {"fillet": fillet, "round": round, "smooth": smooth}
+
+
+def _constant(radius: Radius | None) -> float:
+    """Radius of a ball that works on the whole shape.
+
+    Raises
+    ------
+    RadiusError
+        If there is none, or it varies.
+    """
+    if radius is None or callable(radius) or isinstance(radius, tuple):
+        raise RadiusError("give one radius in mm; radii that vary need chosen edges")
+    return float(radius)
 
 
 def as_implicit(shape: Shape) -> Implicit:
@@ -214,7 +300,10 @@ class Call:
     def distance(self, sides: tuple[Side, ...], *, check: bool = True) -> Implicit:
         """Exact distance on the sides that matter, for the exact engine."""
         side: Literal["inside", "outside", "both"] = sides[0] if len(sides) == 1 else "both"
-        part = exact.distance_to(self.source, self.spacing, side, threads=self.threads, progress=self.progress)
+        source = self.source
+        if isinstance(source, LocalBlend):  # keeps the part's own triangles
+            source = MeshDistance(contour(source, threads=self.threads, progress=self.progress), threads=self.threads)
+        part = exact.distance_to(source, self.spacing, side, threads=self.threads, progress=self.progress)
         if check and isinstance(part, MeshDistance):
             self._check_medial_axis(part.mesh, sides, part.tree)
         elif check and part.spacing is None:  # not made by an operation, which has looked already

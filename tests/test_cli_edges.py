@@ -31,10 +31,12 @@ def tube(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_table(tube: Path) -> None:
+    headings = ["number", "length", "convexity", "angle", "largest_radius", "curve", "faces", "chain"]
+    assert cli(tube, "--no-radius").stdout.splitlines()[0].split() == [h for h in headings if h != "largest_radius"]
     done = cli(tube, "--edges", ">Z")
     assert done.returncode == 0, done.stderr
     heading, *rows = done.stdout.splitlines()
-    assert heading.split() == ["number", "length", "convexity", "angle", "curve", "faces", "chain"]
+    assert heading.split() == headings
     assert len(rows) == 2
     lengths = sorted(float(row.split()[1]) for row in rows)
     assert lengths == pytest.approx([2 * 48 * r * np.sin(np.pi / 48) for r in (3, 5)], rel=1e-5)
@@ -45,9 +47,11 @@ def test_json_has_the_documented_keys(tube: Path) -> None:
     report = json.loads(cli(tube, "--json").stdout)
     assert set(report) == {"input", "selector", "edges"}
     assert (report["input"], report["selector"], len(report["edges"])) == (str(tube), "all", 4)
+    plain = json.loads(cli(tube, "--json", "--no-radius").stdout)["edges"]
     documented = set(re.findall(r"``(\w+)``", edge_figures.__doc__ or ""))
-    for edge in report["edges"]:
-        assert set(edge) == documented
+    for edge, less in zip(report["edges"], plain, strict=True):
+        assert set(edge) == documented == {*less, "largest_radius"}
+        assert edge["largest_radius"] > 0.5
         assert edge["closed"] is True
         assert edge["direction"] is None
         assert edge["start"] == edge["end"]
@@ -60,6 +64,7 @@ def test_edges_with_one_face(tmp_path: Path) -> None:
     trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(path)
     (edge,) = json.loads(cli(path, "--json", "--edges", ">X and >Y").stdout)["edges"]
     assert (edge["convexity"], edge["angle"], edge["angle_range"]) == ("boundary", None, None)
+    assert edge["largest_radius"] is None
     assert " -  " in cli(path).stdout
 
 

@@ -10,7 +10,8 @@ from cad_implicit.cad import open_part, save, to_mesh
 from cad_implicit.cad.occ_fillet import exact_fillet
 from cad_implicit.comparison import compare
 from cad_implicit.errors import CadImplicitError
-from cad_implicit.job import Outcome, run
+from cad_implicit.job import run
+from cad_implicit.outcome import Outcome
 from cad_implicit.parallel import Progress
 
 from .picture import render

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,22 @@ from cad_implicit.cad.edges import Edge
 #: Angles that differ by less than this many degrees along an edge are shown as one.
 _SAME_ANGLE = 0.1
 
-_HEADINGS = ("number", "length", "convexity", "angle", "curve", "faces", "chain")
+_HEADINGS = ("number", "length", "convexity", "angle", "largest_radius", "curve", "faces", "chain")
+_TO_RIGHT = (True, True, False, True, True, False, False, True)
 
 
-def edge_figures(edges: Sequence[Edge]) -> list[dict[str, Any]]:
+#: Largest radius by number; None where an edge cannot be blended.
+Radii = Mapping[int, float | None]
+
+
+def edge_figures(edges: Sequence[Edge], radii: Radii | None = None) -> list[dict[str, Any]]:
     """Figures of each edge.
 
     Keys: ``number``, from 1; ``length`` in mm; ``convexity``, ``curve``, ``closed``, ``faces`` and ``chain`` as in
     :class:`cad_implicit.Edge`; ``angle``, the dihedral angle of the material in degrees in the middle, and
     ``angle_range``, its least and greatest along the edge (null where there are not two faces); ``centre``, ``start``
-    and ``end`` in mm; ``direction`` (null unless straight).
+    and ``end`` in mm; ``direction`` (null unless straight). With radii also ``largest_radius`` in mm,
+    up to which the edge can be blended alone with those that go on smoothly from it (null where it cannot).
     """
     return [
         {
@@ -38,12 +45,13 @@ def edge_figures(edges: Sequence[Edge]) -> list[dict[str, Any]]:
             "start": edge.points[0].tolist(),
             "end": edge.points[-1].tolist(),
             "direction": None if edge.direction is None else edge.direction.tolist(),
+            **({} if radii is None else {"largest_radius": radii[edge.number]}),
         }
         for edge in edges
     ]
 
 
-def edge_table(edges: Sequence[Edge]) -> str:
+def edge_table(edges: Sequence[Edge], radii: Radii | None = None) -> str:
     """Lines of a table: a heading, then one for each edge; lengths in mm, angles of the material in degrees."""
     rows = [
         (
@@ -51,6 +59,7 @@ def edge_table(edges: Sequence[Edge]) -> str:
             f"{edge.length:.6g}",
             edge.convexity,
             _angle(edge),
+            _radius(edge, radii),
             edge.curve + (", closed" if edge.closed else ""),
             " ".join(map(str, edge.faces)),
             str(edge.chain),
@@ -58,13 +67,18 @@ def edge_table(edges: Sequence[Edge]) -> str:
         for edge in edges
     ]
     widths = [max(map(len, column)) for column in zip(_HEADINGS, *rows, strict=True)]
-    to_right = [True, True, False, True, False, False, True]
+    shown = [radii is not None or heading != "largest_radius" for heading in _HEADINGS]
 
     def line(cells: Sequence[str]) -> str:
-        pairs = zip(cells, widths, to_right, strict=True)
+        pairs = compress(zip(cells, widths, _TO_RIGHT, strict=True), shown)
         return "  ".join(cell.rjust(width) if right else cell.ljust(width) for cell, width, right in pairs).rstrip()
 
     return "\n".join(map(line, [_HEADINGS, *rows]))
+
+
+def _radius(edge: Edge, radii: Radii | None) -> str:
+    radius = None if radii is None else radii[edge.number]
+    return "-" if radius is None else f"{radius:.4g}"
 
 
 def _angle(edge: Edge) -> str:

@@ -1,0 +1,120 @@
+"""What the commands of the command line share: run one operation, show figures, turn errors into one line."""
+
+from __future__ import annotations
+
+import json as jsonlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from .cli_progress import progress_bar
+
+if TYPE_CHECKING:
+    from .outcome import Outcome
+
+
+def work(
+    operation: str,
+    part: Path,
+    amount: float | None,
+    output: Path,
+    spacing: float | None,
+    tolerance: float | None,
+    engine: str,
+    simplify: float | None,
+    threads: int | None,
+    quiet: bool,
+    json: bool,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Run one operation, write the result, and say what was done."""
+    if engine not in ("exact", "reinit"):
+        raise typer.BadParameter(f"{engine!r} is not an engine; there are exact and reinit", param_hint="--engine")
+    with errors(), progress_bar(quiet or json) as progress:
+        from .cad import FIELD_EXTENSIONS, check_output, save
+        from .job import run
+
+        check_output(output)
+        outcome = run(
+            part,
+            operation,
+            amount,
+            spacing=spacing,
+            tolerance=tolerance,
+            engine=engine,  # type: ignore[arg-type]
+            simplify=simplify,
+            force=force,
+            threads=threads,
+            progress=progress,
+            **options,
+        )
+        progress("write", 0.0)
+        save(outcome.field() if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
+        progress("write", 1.0)
+    if json:
+        show({"output": str(output), **outcome.as_dict(), "input": str(part)}, json)
+    elif not quiet:
+        _summary(outcome, output)
+
+
+def _summary(outcome: Outcome, output: Path) -> None:
+    before, after = outcome.before, outcome.mesh
+    change = after.volume - before.volume
+    bound = outcome.error_bound
+    error = "error not known" if bound is None else f"error at most about {bound:.3g} mm"
+    typer.echo(
+        f"{output}: {outcome.operation} {_amount(outcome)}, spacing {outcome.spacing:.4g} mm, "
+        f"{len(after.faces)} triangles, {'closed' if after.is_watertight else 'NOT CLOSED'}, "
+        f"volume {before.volume:.6g} -> {after.volume:.6g} mm³ ({change:+.4g}), {error}, "
+        f"{sum(outcome.seconds.values()):.2f} s"
+    )
+    for warning in outcome.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+
+
+def _amount(outcome: Outcome) -> str:
+    """Say how much: a length, and of chosen edges how many."""
+    options = outcome.options
+    if "edges" not in options:
+        return f"{outcome.amount:g} mm"
+    radii = options.get("radii") or {"": outcome.amount, " ": options["second"]}
+    lengths = [length for own in radii.values() for length in (own if isinstance(own, list) else [own])]
+    low, high = min(lengths), max(lengths)
+    count = len(options["edges"])
+    return f"{count} edge{'s' if count > 1 else ''}, {low:g}{f' to {high:g}' if high > low else ''} mm"
+
+
+def show(figures: dict[str, Any], json: bool) -> None:
+    """Print figures as one JSON object, or a line each."""
+    if json:
+        typer.echo(jsonlib.dumps(figures, indent=2, ensure_ascii=False))
+        return
+    width = max(map(len, figures))
+    for key, value in figures.items():
+        shown = f"{value:.6g}" if isinstance(value, float) else value
+        typer.echo(f"{key.replace('_', ' '):{width}}  {shown}")
+
+
+@contextmanager
+def errors() -> Iterator[None]:
+    """Turn the package's errors into one line on standard error and exit code 1."""
+    from .errors import CadImplicitError
+
+    try:
+        yield
+    except CadImplicitError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(1) from None
+    except MemoryError as error:
+        typer.echo(f"error: not enough memory ({error}); use a larger --spacing", err=True)
+        raise typer.Exit(1) from None
+    except OSError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        typer.echo("cancelled: nothing was written", err=True)
+        raise typer.Exit(130) from None

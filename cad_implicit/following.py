@@ -272,7 +272,7 @@ def _joined(
     supports = [Support(Piecewise(line, marks, own, 0.25 * _constant(turned[0])), turned[0].sign) for own in faces]
     return Rail(
         [choice for rail in turned for choice in rail.choices], turned[0].sign, Guide.along(line, along, closed),
-        (supports[0], supports[1]), (turned[0].ends[0], turned[-1].ends[1]),
+        (supports[0], supports[1]), (turned[0].ends[0], turned[-1].ends[1]), follows=True,
     )  # fmt: skip
 
 

@@ -157,7 +157,7 @@ class _Layer:
         if guide.closed:
             found = self._spine(guide, guide.at)
             self._check(found)
-            return self._strip(found, (False, False), {}), (_Ending({}), _Ending({}))
+            return self._strip(found, (False, False), []), (_Ending({}), _Ending({}))
         balls = [self._ball(which) for which in _ENDS]
         free = [balls[e] is None and not rail.ends[e].smooth and self.at[e] is not None for e in _ENDS]
         room = [_EXTENT * self.radius if free[e] or balls[e] is not None else 0.0 for e in _ENDS]
@@ -185,7 +185,7 @@ class _Layer:
         for e in _ENDS:
             if (ball := balls[e]) is not None:
                 found.centres[-e] = ball.centre
-        cuts = {cluster: cut for ending in endings for cluster, cut in ending.cuts.items()}
+        cuts = [cut for ending in endings for cut in ending.cuts.values()]
         strip = self._strip(found, (balls[0] is not None, balls[1] is not None), cuts)
         for ending in endings:
             ending.cuts = {
@@ -243,12 +243,12 @@ class _Layer:
         self.supports = (supports[0], supports[1])
         return any(one is not other for one, other in zip(supports, rail.supports, strict=True))
 
-    def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: dict[int, Cut]) -> Strip:
+    def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: Sequence[Cut]) -> Strip:
         """Strip whose margin is less where there is more of the part behind a thin wall or gap."""
         strip = Strip(found, self.rail.supports, self.margin, corners)
-        while self.part is not None and strip.margin > _LEAST * self.radius:
+        while self.part is not None and not self.rail.follows and strip.margin > _LEAST * self.radius:
             skin = strip.skin()
-            for cut in cuts.values():
+            for cut in cuts:
                 skin = skin[cut.side * cut.support(skin)[0] > 0]
             if len(skin) == 0 or float((self.rail.sign * self.part(skin)).max()) < _CLEAR * self.margin:
                 break

@@ -85,6 +85,8 @@ class Rail:
         The faces on the left and on the right with their tangent neighbours.
     ends : two Ends
         Of no use if it is closed.
+    follows : bool
+        Whether it goes around another blend.
     """
 
     choices: list[Choice]
@@ -92,6 +94,7 @@ class Rail:
     guide: Guide
     supports: tuple[Support, Support]
     ends: tuple[End, End]
+    follows: bool = False
 
     @property
     def law(self) -> Law:

@@ -31,6 +31,15 @@ _HALVINGS = 6
 _ON_CREASE = 0.1
 _SNAP_ROUNDS = 4
 
+#: Edges along a crease that miss it by less, in spacings, stay; …
+_STRAIGHT = 0.005
+
+#: … points farther than this from the surface, in spacings, are beyond the end of their crease, at a corner.
+_OFF = 1e-5
+
+#: How far beside a point, and how far outside of the surface, a crease must show, in spacings.
+_ASIDE, _OUTSIDE = 0.05, 0.1
+
 #: Tries without what makes triangles run through each other.
 _TRIES = 4
 
@@ -67,17 +76,30 @@ def split_at_creases(mesh: Mesh, look: Evaluate, spacing: float, threads: int | 
 def _pass(mesh: Mesh, gradient: FloatArray, side: int, look: Evaluate, spacing: float, threads: int | None) -> Mesh:
     """Split edges at the crease that is next to the one or the other end."""
     edges = _all_edges(mesh)
-    chosen = np.flatnonzero((gradient[edges.ends[:, 0]] * gradient[edges.ends[:, 1]]).sum(axis=1) < _SHARP)
-    ends = edges.ends[chosen]
-    ends = ends[:, ::-1] if side else ends
-    start, sharp = _next_crease(mesh.vertices[ends], gradient[ends[:, 0]], look)
-    chosen, ends, start = chosen[sharp], ends[sharp], start[sharp]
+    ends = edges.ends[:, ::-1] if side else edges.ends
+    chosen = np.flatnonzero((gradient[ends[:, 0]] * gradient[ends[:, 1]]).sum(axis=1) < _SHARP)
+    beside = _beside(mesh.vertices[ends[chosen]], look)
+    on_crease = np.zeros(len(gradient), np.bool_)
+    on_crease[ends[chosen][(gradient[ends[chosen]] * beside).sum(axis=2) < _SHARP]] = True
+    along = np.setdiff1d(np.flatnonzero(on_crease[ends].all(axis=1)), chosen)
+    chosen = np.concatenate([chosen, along])
+    beside = np.concatenate([beside, _beside(mesh.vertices[ends[along]], look)])
+    between = (beside[:, 0] * beside[:, 1]).sum(axis=1) < _SHARP
+    chosen = chosen[between]
+    ends = ends[chosen]
+    start, slopes = _next_crease(mesh.vertices[ends], beside[between], look)
+    sharp = (slopes[:, 0] * slopes[:, 1]).sum(axis=1) < _SHARP
+    chosen, ends, start, slopes = chosen[sharp], ends[sharp], start[sharp], slopes[sharp]
     if len(chosen) == 0:
         return mesh
     point = _onto_crease(start, mesh.vertices[ends], look, spacing)
     away = np.linalg.norm(point[:, None] - mesh.vertices[ends], axis=2)
     near = away.min(axis=1) <= _ON_CREASE * spacing
     closest = ends[np.arange(len(ends)), away.argmin(axis=1)]
+    straight = _off_line(point, mesh.vertices[ends]) < _STRAIGHT * spacing
+    wanted = ~(near & on_crease[closest]) & ~(straight & on_crease[ends].all(axis=1))
+    wanted &= _turns(point, slopes, look, spacing)
+    chosen, ends, point, near, closest = chosen[wanted], ends[wanted], point[wanted], near[wanted], closest[wanted]
     for _ in range(_TRIES):
         result = _snapped(mesh, closest[near], point[near])
         rows = np.flatnonzero(~near)
@@ -127,30 +149,63 @@ def _units(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.where(length > 0, length, 1.0))
 
 
-def _next_crease(ends: FloatArray, normals: FloatArray, look: Evaluate) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where the gradient first jumps between the ends (E, 2, 3), seen from the first of them, and whether it does."""
+def _beside(ends: FloatArray, look: Evaluate) -> FloatArray:
+    """Give the directions (E, 2, 3) of the gradient a little way from the ends (E, 2, 3) of edges towards each other.
+
+    Just at the ends it may be of either side of a crease.
+    """
+    step = 0.5**_HALVINGS * (ends[:, 1] - ends[:, 0])
+    return np.stack([_units(look(ends[:, 0] + step)[1]), _units(look(ends[:, 1] - step)[1])], axis=1)
+
+
+def _next_crease(ends: FloatArray, beside: FloatArray, look: Evaluate) -> tuple[FloatArray, FloatArray]:
+    """Where (E, 3) the gradient first jumps between ends, seen from the first of them; directions (E, 2, 3) there."""
     low, high = np.zeros(len(ends)), np.ones(len(ends))
-    below, above = normals.copy(), np.zeros_like(normals)
+    below, above = beside[:, 0], beside[:, 1]
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         normal = _units(look(ends[:, 0] + middle[:, None] * (ends[:, 1] - ends[:, 0]))[1])
         same = (normal * below).sum(axis=1) > _SHARP
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-        below[same], above[~same] = normal[same], normal[~same]
-    middle = (low + high) / 2
-    between = (low > 0) & (high < 1) & ((below * above).sum(axis=1) < _SHARP)
-    return ends[:, 0] + middle[:, None] * (ends[:, 1] - ends[:, 0]), between
+        below, above = np.where(same[:, None], normal, below), np.where(same[:, None], above, normal)
+    place = ends[:, 0] + ((low + high) / 2)[:, None] * (ends[:, 1] - ends[:, 0])
+    return place, np.stack([below, above], axis=1)
+
+
+def _off_line(points: FloatArray, ends: FloatArray) -> FloatArray:
+    """Distances (E,) from the lines through ends (E, 2, 3)."""
+    return np.asarray(np.linalg.norm(np.cross(points - ends[:, 0], _units(ends[:, 1] - ends[:, 0])), axis=1))
 
 
 def _onto_crease(points: FloatArray, ends: FloatArray, look: Evaluate, spacing: float) -> FloatArray:
-    """Move points onto the crease between the faces at the ends of their edges."""
+    """Move points onto the crease between the faces at the ends of their edges; to its corner if it ends before."""
     count = len(points)
-    vertex = np.repeat(np.arange(count), 2)
-    along = ends[:, 1] - ends[:, 0]
-    away = np.stack([-along, along], axis=1).reshape(-1, 3)
-    room = np.linalg.norm(away, axis=1)
-    looks = Looks(vertex, np.ones(2 * count, np.int64), _units(away), room, np.full((2 * count, 4), np.nan))
-    return follow(points, looks, [None, look], spacing)
+    along = _units(ends[:, 1] - ends[:, 0])
+    towards = np.stack([-along, along, np.zeros_like(along)], axis=1)
+    moved = points
+    for number in (2, 3):
+        far = np.flatnonzero(np.abs(look(moved)[0]) > _OFF * spacing) if number == 3 else np.arange(count)
+        looks = Looks(
+            np.repeat(np.arange(len(far)), number),
+            np.ones(number * len(far), np.int64),
+            towards[far, :number].reshape(-1, 3),
+            np.full(number * len(far), spacing),
+            np.full((number * len(far), 4), np.nan),
+        )
+        moved = moved.copy()
+        moved[far] = follow(moved[far], looks, [None, look], spacing)
+    return moved
+
+
+def _turns(points: FloatArray, slopes: FloatArray, look: Evaluate, spacing: float) -> NDArray[np.bool_]:
+    """Whether the gradient jumps between slopes (E, 2, 3) also outside of points, on both sides of the crease.
+
+    Inside of a union it also jumps where one shape goes on in the other.
+    """
+    above = points - _OUTSIDE * spacing * _units(slopes.sum(axis=1))
+    across = _ASIDE * spacing * _units(slopes[:, 0] - slopes[:, 1])
+    before, after = (_units(look(above + shift)[1]) for shift in (-across, across))
+    return np.asarray((before * after).sum(axis=1) < _SHARP)
 
 
 def _unfolded(

@@ -118,7 +118,7 @@ def test_concave_edge_with_flush_ends(radius: float, cuts: int) -> None:
     off = np.where(inside, np.minimum(np.abs(beyond), ends), np.minimum(planes, ends))
     assert off.max() < (0.02 if radius == 2 * H else 1e-4) * H
     assert np.percentile(off, 98) < 1e-5 * H
-    assert np.abs(ends[ends < 1e-3]).max() < 1e-5 * H
+    assert np.percentile(ends[ends < 1e-3], 95) < 1e-6 * H
     gain = result.volume - part.volume - 36 * radius**2 * (1 - np.pi / 4)
     assert 0 < gain < 0.2 * H**2 / radius * 36 * radius * np.pi / 2
 
@@ -242,7 +242,7 @@ def test_caps_and_tiny_edges_go() -> None:
     vectors = Mesh(points, faces).face_vectors
     facing[:, :3] = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     facing[:6, :3] = [0, 0, 1]
-    loose = np.array([False] * 4 + [True] * 2 + [False])
+    loose = np.array([0, 0, 0, 0, 1, 2, 0], np.int8)
     kept = seams.tidy(points, faces, facing, loose, 1e-4, 1e-3)
     result = Mesh(points, faces[kept])
     assert result.is_watertight

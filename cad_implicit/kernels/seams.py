@@ -54,11 +54,13 @@ def _may_move(p, faces, facing, head, following, u, v, shift):
 
 @jit
 def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny):
-    """Collapse the edge u v, in either direction."""
+    """Collapse the edge u v, in either direction; the looser vertex goes if it may."""
     allowed = tiny if _length(p, u, v) <= tiny else shift
+    if loose[u] < loose[v]:
+        u, v = v, u
     for _ in range(2):
         if (
-            loose[u]
+            loose[u] > 0
             and _may_move(p, faces, facing, head, following, u, v, allowed)
             and slivers._may_merge(faces, head, following, u, v)
         ):
@@ -87,7 +89,7 @@ def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
     after = min(slivers._quality(p, top, a, bottom, facing[s]), slivers._quality(p, top, bottom, b, facing[s]))
     if after <= max(before, 0.0) or slivers._gap(p, a, b, top, bottom) > shift:
         return False
-    whole = not (loose[bottom] or loose[a] or loose[b])
+    whole = max(loose[bottom], max(loose[a], loose[b])) == 0
     if (whole or facing[t, 3] != facing[s, 3]) and _height_above(p, top, a, b) > shift:
         return False
     slivers._replace(faces, head, following, 3 * t + (c + 2) % 3, bottom)
@@ -122,13 +124,13 @@ def tidy(position, faces, facing, loose, shift, tiny):
     """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
 
     ``facing`` (F, 4) is the direction that each triangle should face, and a number that triangles of one face share;
-    ``loose`` (V,) says which vertices may go. The surface shifts by ``shift`` mm at most; edges shorter than ``tiny``
-    mm go.
+    ``loose`` (V,) is above 0 for vertices that may go, those with more first. The surface shifts by ``shift`` mm at
+    most; edges shorter than ``tiny`` mm go.
     """
     alive = np.ones(len(faces), np.bool_)
     order = np.empty(3, np.int64)
     head, following = slivers._link(faces, len(position))
-    fresh, changed = loose.copy(), np.zeros(len(position), np.bool_)
+    fresh, changed = loose > 0, np.zeros(len(position), np.bool_)
     for _ in range(_ROUNDS):
         mended = False
         for t in range(len(faces)):
@@ -136,7 +138,7 @@ def tidy(position, faces, facing, loose, shift, tiny):
             if (
                 alive[t]
                 and (fresh[a] or fresh[b] or fresh[c])
-                and (loose[a] or loose[b] or loose[c])
+                and max(loose[a], max(loose[b], loose[c])) > 0
                 and _is_bad(position, faces, facing, t, tiny)
                 and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny)
             ):

@@ -34,9 +34,11 @@ from .sizing import positive
 #: Shapes that fall between the nodes are contoured again at half the spacing, so many times.
 _HALVINGS = 4
 
-#: Farthest that the surface may shift where slivers go, and length of edges that go in any case, in spacings.
+#: Farthest that the surface may shift where slivers go, length of edges that go in any case, and of those that stay, in
+#: spacings. Fans of large faces are slivers, too: without the last, a straight blend lost its vertices beside them.
 _SHIFT = 5e-4
 _TINY = 1e-3
+_SHORT = 0.25
 
 #: Shapes are shrunk by so many spacings for the boolean, and moved by a smaller vector: faces that lie in faces of the
 #: part, for instance where a blend ends, would meet them in rounding errors. (With 0, 3 of 900 joints held triangles
@@ -289,7 +291,8 @@ class _Seams:
         faces, facing = self.joint.faces.copy(), self.joint.facing.copy()
         loose = self.loose.astype(np.int8)
         loose[self.made] = 2
-        kept = seams.tidy(position, faces, facing, loose, _SHIFT * self.spacing, _TINY * self.spacing)
+        limits = self.spacing * np.array([_SHIFT, _TINY, _SHORT])
+        kept = seams.tidy(position, faces, facing, loose, *limits)
         return faces[kept], facing[kept]
 
     def _tangled(self, position: FloatArray, faces: NDArray[np.int32], facing: FloatArray) -> NDArray[np.intp]:

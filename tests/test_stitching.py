@@ -243,7 +243,7 @@ def test_caps_and_tiny_edges_go() -> None:
     facing[:, :3] = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     facing[:6, :3] = [0, 0, 1]
     loose = np.array([0, 0, 0, 0, 1, 2, 0], np.int8)
-    kept = seams.tidy(points, faces, facing, loose, 1e-4, 1e-3)
+    kept = seams.tidy(points, faces, facing, loose, 1e-4, 1e-3, 0.1)
     result = Mesh(points, faces[kept])
     assert result.is_watertight
     assert len(result.faces) == 8

@@ -53,9 +53,12 @@ def _may_move(p, faces, facing, head, following, u, v, shift):
 
 
 @jit
-def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny):
-    """Collapse the edge u v, in either direction; the looser vertex goes if it may."""
-    allowed = tiny if _length(p, u, v) <= tiny else shift
+def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short):
+    """Collapse the edge u v if it is short, in either direction; the looser vertex goes if it may."""
+    length = _length(p, u, v)
+    if length > short:
+        return False
+    allowed = tiny if length <= tiny else shift
     if loose[u] < loose[v]:
         u, v = v, u
     for _ in range(2):
@@ -99,12 +102,12 @@ def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
 
 
 @jit
-def _mend(p, faces, facing, loose, alive, head, following, t, order, shift, tiny):
+def _mend(p, faces, facing, loose, alive, head, following, t, order, shift, tiny, short):
     slivers._edge_order(p, faces, t, order)
     for q in range(3):
         c = order[q]
         u, v = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
-        if _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny):
+        if _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short):
             return True
         if _try_flip(p, faces, facing, loose, head, following, t, order[2 - q], shift):
             return True
@@ -120,12 +123,12 @@ def _is_bad(p, faces, facing, t, tiny):
 
 
 @jit
-def tidy(position, faces, facing, loose, shift, tiny):
+def tidy(position, faces, facing, loose, shift, tiny, short):
     """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
 
     ``facing`` (F, 4) is the direction that each triangle should face, and a number that triangles of one face share;
     ``loose`` (V,) is above 0 for vertices that may go, those with more first. The surface shifts by ``shift`` mm at
-    most; edges shorter than ``tiny`` mm go.
+    most; edges shorter than ``tiny`` mm go, those longer than ``short`` mm stay.
     """
     alive = np.ones(len(faces), np.bool_)
     order = np.empty(3, np.int64)
@@ -140,7 +143,7 @@ def tidy(position, faces, facing, loose, shift, tiny):
                 and (fresh[a] or fresh[b] or fresh[c])
                 and max(loose[a], max(loose[b], loose[c])) > 0
                 and _is_bad(position, faces, facing, t, tiny)
-                and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny)
+                and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny, short)
             ):
                 mended = True
                 changed[a], changed[b], changed[c] = True, True, True

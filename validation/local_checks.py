@@ -6,17 +6,19 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from itertools import pairwise
 from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from cad_implicit.cad import OpenPart
 from cad_implicit.implicit import FloatArray
 from cad_implicit.local_blend import LocalBlend
 from cad_implicit.mesh import Mesh
 
-from .contact import Contacts
+from .contact import Contacts, Curve
 from .intersections import find_intersections
 from .runs import manifold_status
 from .surfaces import Surfaces
@@ -27,6 +29,8 @@ _OFF = 0.005
 _FACETS = 1 / 20
 #: So many vertices go through the contact test at most.
 _MOST = 6000
+#: Pieces of a spine between two of its samples.
+_FINER = 16
 #: Farthest a vertex may be from where a ball touches, in spacings.
 CONTACT = 0.02
 
@@ -77,7 +81,10 @@ def checked(mesh: Mesh, blend: LocalBlend, part: OpenPart, radii: Mapping[int, f
     points = blend_vertices(mesh, part, spacing)
     contact, place, loose = 0.0, (0.0, 0.0, 0.0), 0
     if len(points) and radii:
-        defect = Contacts(part, radii).test(points).defect / spacing
+        defect = Contacts(part, radii).test(points).defect
+        far = defect > CONTACT * spacing
+        defect[far] = np.minimum(defect[far], from_spines(points[far], blend))
+        defect /= spacing
         worst = int(defect.argmax())
         x, y, z = points[worst].tolist()
         contact, place, loose = float(defect[worst]), (x, y, z), int((defect > CONTACT).sum())
@@ -110,9 +117,38 @@ def centres(blend: LocalBlend) -> float:
     worst = 0.0
     for laid in blend.laid.values():
         for spine, supports in laid.spines:
-            for support in supports:
+            for support in supports if spine.ball else ():
                 worst = max(worst, float(np.abs(support(spine.centres)[0] - spine.radius).max()))
     return worst
+
+
+def from_spines(points: FloatArray, blend: LocalBlend) -> FloatArray:
+    """Differences (N,) in mm between the distances of points to the nearest spine or corner and the radius there.
+
+    The spines are the blend's own; :func:`centres` tells how well they keep their distance from the faces.
+    """
+    best = np.full(len(points), np.inf)
+    for laid in blend.laid.values():
+        for spine, _ in laid.spines:
+            if spine.ball and len(points) and float(np.ptp(spine.radius)) == 0.0:
+                radius = float(spine.radius[0])
+                curve = Curve(_finer(spine.centres, spine.tangents), 1.0, radius)
+                best = np.minimum(best, np.abs(curve.value_and_gradient(points)[0]))
+        for ball in laid.corners:
+            best = np.minimum(best, np.abs(np.linalg.norm(points - ball.centre, axis=1) - ball.radius))
+    return best
+
+
+def _finer(points: FloatArray, tangents: FloatArray) -> FloatArray:
+    """Points of a curve, and more between them by Hermite's cubics."""
+    span = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    rows = np.concatenate([[True], span > 0])
+    points, tangents = points[rows], tangents[rows]
+    if len(points) < 2:
+        return np.repeat(points, 2, axis=0)
+    at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    fine = np.unique(np.concatenate([np.linspace(a, b, _FINER) for a, b in pairwise(at.tolist())]))
+    return np.asarray(CubicHermiteSpline(at, points, tangents)(fine))
 
 
 class Worker:

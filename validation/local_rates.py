@@ -1,9 +1,9 @@
 """How often all edges of one kind can be blended, beside the exact kernel: ``python -m validation.local_rates DIR``.
 
 Thirty solids, turned off the axes, all their convex edges or all their concave ones, radii of 0.5, 1, 2 and 4 % of the
-diagonal. A run is right if its mesh is closed, manifold, free of self-intersections and touched by its balls, or if the
-error that says that no ball fits names an edge and the largest radius, which then must fit, and the exact kernel fails. DIR keeps the results; what
-is there is not run again. Exits with 1 if a run is wrong.
+diagonal. A run is right if its mesh is closed, manifold, free of self-intersections and touched by its balls. Where the
+exact kernel fails, too, an error is right if it says that no ball fits and names an edge and the largest radius, which
+then must fit. DIR keeps the results; what is there is not run again. Exits with 1 if a run is wrong.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from .cad.edges import Edge, edge_number, selected
 from .errors import RadiusError, SelectorError
 from .rails import Choice, Radius
 
-#: What :func:`choose` takes for edges: a selector, a number, an Edge, an edge of the host, points along an edge, several
-#: of them, or a mapping from any of them to a radius.
+#: What :func:`choose` takes for edges: a selector, a number, an Edge, an edge of the host, points along an edge,
+#: several of them, or a mapping from any of them to a radius.
 Edges = Any
 
 #: Why edges cannot be blended, by their convexity.
@@ -33,6 +33,7 @@ def choose(
     radius: Radius | None,
     *,
     second: float | None = None,
+    chamfer: bool = False,
     tangent: bool = True,
     kinds: Sequence[str] = ("convex", "concave"),
 ) -> list[Choice]:
@@ -48,7 +49,9 @@ def choose(
     radius : Radius or None
         For edges without one of their own.
     second : float, optional
-        Second length of chamfers.
+        Second length of chamfers whose radius is one number; the same as the first by default.
+    chamfer : bool
+        Whether radii are lengths of chamfers: one, or those on the left and on the right.
     tangent : bool
         Whether edges that go on smoothly from the chosen ones are chosen, too.
     kinds : sequence of str
@@ -76,11 +79,21 @@ def choose(
             alike = [own for other, own in named.values() if other.chain == edge.chain]
             if alike:
                 named[edge.number] = (edge, alike[0])
-    result = [Choice(piece, own, second) for edge, own in named.values() for piece in pieces(edge)]
+    result = [_choice(piece, own, second, chamfer) for edge, own in named.values() for piece in pieces(edge)]
     result = [choice for choice in result if choice.edge.convexity in kinds]
     if not result:
         raise SelectorError(f"{edges!r} chooses no edge that is {' or '.join(kinds)}; `cad-implicit edges` lists them")
     return result
+
+
+def _choice(edge: Edge, radius: Radius, second: float | None, chamfer: bool) -> Choice:
+    if not chamfer:
+        return Choice(edge, radius)
+    if isinstance(radius, tuple):
+        return Choice(edge, radius[0], radius[1])
+    if not isinstance(radius, int | float):
+        raise RadiusError("the length of a chamfer is one number of mm, or two for the faces on both sides")
+    return Choice(edge, radius, float(checked(radius if second is None else second)))  # type: ignore[arg-type]
 
 
 class _Everything:
@@ -140,8 +153,8 @@ def _check_fit(edge: Edge, kinds: Sequence[str]) -> None:
         raise SelectorError(f"edge {edge.number} cannot be blended: {_UNFIT[edge.convexity]}")
     if edge.convexity != "mixed" and edge.convexity not in kinds:
         raise SelectorError(
-            f"edge {edge.number} is {edge.convexity}, and this takes {' or '.join(kinds)} edges only; choose others, as "
-            f'with "{kinds[0]}", or use fillet, which takes both'
+            f"edge {edge.number} is {edge.convexity}, and this takes {' or '.join(kinds)} edges only; choose others, "
+            f'as with "{kinds[0]}", or use fillet, which takes both'
         )
 
 

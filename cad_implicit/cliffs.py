@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from .cad.edges import Edge
@@ -38,18 +39,24 @@ class Cliff(FaceDistance):
         plane.
     marks : sequence of (K, 3) float64
         Points along each border where it counts.
+    edge : (K, 3) float64
+        Points along the edge that is blended: what is nearer to it than to a border is not beyond that.
     """
 
     kind = "cliff"
 
     def __init__(
-        self, face: FaceDistance, borders: Sequence[tuple[Guide, FloatArray]], marks: Sequence[FloatArray]
+        self,
+        face: FaceDistance,
+        borders: Sequence[tuple[Guide, FloatArray]],
+        marks: Sequence[FloatArray],
+        edge: FloatArray,
     ) -> None:
         self._face, self._borders = face, tuple(borders)
-        self._tree = cKDTree(np.concatenate(marks))
-        self._which = np.repeat(np.arange(len(marks)), [len(own) for own in marks])
+        self._tree = cKDTree(np.concatenate([*marks, edge]))
+        self._which = np.repeat(np.arange(len(marks) + 1), [*(len(own) for own in marks), len(edge)])
 
-    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances (N,) and gradients (N, 3)."""
         x = np.asarray(points, np.float64)
         value, gradient = (array.copy() for array in self._face.value_and_gradient(x))
@@ -62,7 +69,7 @@ class Cliff(FaceDistance):
         gradient[which] = side[:, None] * away / np.where(length > 0, length, 1.0)[:, None]
         return value, gradient
 
-    def border(self, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def border(self, feet: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Nearest points (N, 3) of the borders to points of the face, continued, and which (N,) of those are beyond."""
         sample = self._tree.query(feet)[1]
         start, which = self._tree.data[sample], self._which[sample]
@@ -106,7 +113,9 @@ def cliff(
     """
     own = set(members)
     found, marks = [], []
-    tree = cKDTree(guide.place(np.linspace(0, guide.length, 4 * len(guide.at)))[0])
+    count = int(np.clip(np.ceil(guide.length / (_STEP * radius)), 2, _MOST))
+    line = guide.place(np.linspace(0, guide.length, count))[0]
+    tree = cKDTree(line)
     for edge in edges:
         sides = [side for side, number in enumerate(edge.faces[:2]) if number in own]
         if edge.number in barred or edge.convexity not in ("convex", "concave", "mixed") or len(sides) != 1:
@@ -124,4 +133,4 @@ def cliff(
             out = np.cross(edge.tangents, edge.normals[:, sides[0]]) * (1.0 if sides[0] == 0 else -1.0)
             found.append((border, out))
             marks.append(place[inside & close])
-    return Cliff(face, found, marks) if found else None
+    return Cliff(face, found, marks, line) if found else None

@@ -178,6 +178,22 @@ class PartFaces:
         mesh = self._mesh if any(len(own) > 1 for own in parts.values()) else None
         return {seed: FaceGroup({n: self.face(n) for n in own}, mesh, beside) for seed, own in parts.items()}
 
+    def joined(self, left: Iterable[int], right: Iterable[int]) -> tuple[FaceGroup, FaceGroup]:
+        """Faces on the left and on the right of a chain of edges, each side with its tangent neighbours as one surface.
+
+        Parameters
+        ----------
+        left, right : iterable of int
+            Numbers of faces, none in both.
+        """
+        one, other = set(left), set(right)
+        beside = smooth_neighbours(self.edges)
+        parts = tangent_neighbours(beside, sorted(one | other))
+        members = [sorted({n for seed in seeds for n in parts[seed]}) for seeds in (one, other)]
+        mesh = self._mesh if any(len(own) > 1 for own in members) else None
+        first, second = (FaceGroup({n: self.face(n) for n in own}, mesh, beside) for own in members)
+        return first, second
+
     @cached_property
     def _faces(self) -> _Faces:
         if self._part.triangles is not None:

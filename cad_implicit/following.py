@@ -1,8 +1,7 @@
 """Rails that follow another blend: at a vertex whose three edges are blended, but not alike, one goes first.
 
 The edge of the other convexity goes first, or, if all are alike, that with the largest radius; the two others then go
-on smoothly around its blend, as the exact kernel does it. For balls of radius r around a blend of radius s that is part of
-a torus.
+on smoothly around its blend, as the exact kernel does it: for balls of radius r around one of radius s, on a torus.
 
 Not done: edges of different radii, or more than three, at a vertex; they end there as if alone.
 """
@@ -14,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from .cad.edges import Edge
@@ -59,7 +58,7 @@ class BlendedPair(FaceDistance):
         """Whether points (N, 3) are beside the faces, not beside the blend."""
         return np.asarray(self._strip.from_ball(points)[2].min(axis=1) < 0)
 
-    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances (N,) and gradients (N, 3)."""
         x = np.ascontiguousarray(points, np.float64)
         ball, slope, within = self._strip.from_ball(x)
@@ -77,8 +76,10 @@ class Piecewise(FaceDistance):
 
     kind = "piecewise"
 
-    def __init__(self, points: FloatArray, labels: Sequence[int], faces: Sequence[FaceDistance], step: float) -> None:
-        marks = np.asarray(labels)
+    def __init__(
+        self, points: FloatArray, labels: NDArray[np.int64], faces: Sequence[FaceDistance], step: float
+    ) -> None:
+        marks = labels
         # many points between the samples, not the samples: where a chain ends where it begins they are in both
         counts = np.ceil(np.linalg.norm(np.diff(points, axis=0), axis=1) / step).astype(np.int64).clip(1, _BETWEEN)
         piece = np.repeat(np.arange(len(counts)), counts)
@@ -86,7 +87,7 @@ class Piecewise(FaceDistance):
         self._tree = cKDTree(points[piece] + t[:, None] * (points[piece + 1] - points[piece]))
         self._labels, self._faces = marks[piece + (t > 0.5)], tuple(faces)
 
-    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances (N,) and gradients (N, 3)."""
         x = np.ascontiguousarray(points, np.float64)
         label = self._labels[self._tree.query(x)[1]]
@@ -152,6 +153,10 @@ def followed(rails: Sequence[Rail], edges: Sequence[Edge]) -> tuple[list[Rail], 
     return result, after
 
 
+def _other(number: int, entry: int) -> tuple[int, Which]:
+    return number, 0 if entry == 1 else 1
+
+
 def _both(number: int) -> tuple[tuple[int, Which], tuple[int, Which]]:
     return (number, 0), (number, 1)
 
@@ -162,7 +167,7 @@ def _constant(rail: Rail) -> float:
 
 
 def _turn(vertex: Vertex, index: dict[int, int]) -> _Turn | None:
-    """What goes first at a vertex, and what follows; None if nothing does."""
+    """Tell what goes first at a vertex, and what follows; None if nothing does."""
     if len(vertex.ends) != 3 or len(vertex.sharp) != 3:
         return None
     radii = [rail.constant for rail, _ in vertex.ends]
@@ -212,7 +217,7 @@ def _walk(start: int, links: dict[tuple[int, Which], tuple[tuple[int, Which], _T
     begin = number
     while True:
         chain.append((number, entry))  # type: ignore[arg-type]
-        onward = links.get((number, 1 - entry))  # type: ignore[call-overload]
+        onward = links.get(_other(number, entry))
         if onward is None:
             return chain, False
         if onward[0][0] == begin:
@@ -232,7 +237,7 @@ def _joined(
     turned = [_turned(rails[number]) if entry == 1 else rails[number] for number, entry in chain]
     arcs: list[BlendedPair | None] = []
     for number, entry in chain:
-        link = links.get((number, 1 - entry))  # type: ignore[call-overload]
+        link = links.get(_other(number, entry))
         arcs.append(None if link is None else pairs[id(link[1].first)])
     if not closed:
         arcs[-1] = None
@@ -305,7 +310,8 @@ def _arc(
     """Points and directions (N, 3) of the line where a face meets a blend, between two points of it; None if lost."""
     supports = [Support(pair, rail.sign), Support(rail.supports[1 - around].face, rail.sign)]
     step = _STEP * pair.radius
-    points, directions = [], []
+    points: list[FloatArray] = []
+    directions: list[FloatArray] = []
     for _ in range(_STEPS):
         found, turned = onto_line(point + step * ahead, ahead, supports, 4 * step)
         if found is None or turned is None:

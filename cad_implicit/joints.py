@@ -12,7 +12,7 @@ import numpy as np
 from .cad.edges import Edge
 from .face_groups import PartFaces
 from .implicit import FloatArray
-from .rails import End, Rail
+from .rails import Rail
 from .spines import Support
 
 #: A ball at a corner is found if it touches its faces within this share of the radius, …

@@ -3,7 +3,7 @@
 The closing and opening of a whole part by a ball fade out at open ends of edges, and delete what is thinner than the
 ball. Local blends have their full radius up to the ends, do not care how thin the part is elsewhere, and change nothing
 but the neighbourhood of the chosen edges: the ball touches the two faces beside an edge, continued beyond their
-borders, and no others. Convex edges are rounded first by intention, then concave ones filled: ``(part | added) - removed``.
+borders, and no others. The result is ``(part | added) - removed``.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .choices import Edges, choose
 from .distance import MeshDistance
 from .errors import RadiusError
 from .face_groups import PartFaces
-from .implicit import FloatArray, Implicit
 from .following import followed
+from .implicit import FloatArray, Implicit
 from .layout import Laid, lay
 from .mesh import Mesh
 from .parallel import Progress, no_progress
@@ -54,6 +54,8 @@ class LocalBlend(Implicit):
     removed, added : Regions or None
     laid : dict of str to Laid
         Of convex and concave edges: where the balls' centres run.
+    choices : tuple of Choice
+        The blended edges with their radii.
     """
 
     lipschitz = 2.0
@@ -66,8 +68,9 @@ class LocalBlend(Implicit):
         added: Sequence[Region],
         spacing: float,
         laid: dict[str, Laid],
+        choices: Sequence[Choice],
     ) -> None:
-        self.parent, self.spacing, self.laid = parent, spacing, laid
+        self.parent, self.spacing, self.laid, self.choices = parent, spacing, laid, tuple(choices)
         self.removed = Regions(removed) if removed else None
         self.added = Regions(added) if added else None
         self.bounds = parent.bounds
@@ -106,8 +109,10 @@ class LocalBlend(Implicit):
         """
         from .stitching import stitched
 
-        pieces = [[] if regions is None else regions.clusters() for regions in (self.added, self.removed)]
-        return stitched(self.parent.mesh, *pieces, self.spacing, shape=self.parent, threads=threads, progress=progress)
+        added, removed = ([] if regions is None else regions.clusters() for regions in (self.added, self.removed))
+        return stitched(
+            self.parent.mesh, added, removed, self.spacing, shape=self.parent, threads=threads, progress=progress
+        )
 
 
 def blend_edges(
@@ -137,8 +142,9 @@ def blend_edges(
     kinds : sequence of str
         Convexities that are allowed.
     second : float, optional
-        Length of chamfers on the face on the right.
+        Length of chamfers on the face on the right; by default that on the left.
     chamfer : bool
+        Pairs of numbers are lengths on the left and on the right then.
     tangent : bool
         Whether edges that go on smoothly are blended, too.
     spacing, tolerance : float, optional
@@ -153,9 +159,7 @@ def blend_edges(
     """
     opened = open_part(part)
     found = part_edges(opened)
-    if chamfer and second is None and not callable(radius) and not isinstance(radius, tuple):
-        second = radius
-    choices = choose(opened, found, edges, radius, second=second, tangent=tangent, kinds=kinds)
+    choices = choose(opened, found, edges, radius, second=second, chamfer=chamfer, tangent=tangent, kinds=kinds)
     radii = [_largest(choice) for choice in choices]
     smallest, largest = min(min(_range(choice)) for choice in choices), max(radii)
     h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance)
@@ -163,18 +167,20 @@ def blend_edges(
     faces = PartFaces(opened, _REACH * largest, found)
     margin = max(SPACINGS * h, _MARGIN_RADII * largest)
     mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
-    part = MeshDistance(mesh, threads=threads)
+    distance = MeshDistance(mesh, threads=threads)
     try:
-        laid = _laid(choices, faces, found, margin, part)
+        laid = _laid(choices, faces, found, margin, distance)
     except RadiusError as error:
         fits = _fitting(choices, faces, found, margin)
         advice = f"; the largest radius for these edges is {fits * largest:.4g} mm" if fits > 0 else ""
         raise RadiusError(f"{error}{advice}") from None
     progress("spines", 1.0)
-    pieces = [[*laid[kind].strips.values(), *laid[kind].others] if kind in laid else [] for kind in KINDS]
-    if not any(pieces):
+    removed, added = (
+        [*laid[kind].strips.values(), *laid[kind].others] if kind in laid else [] for kind in ("convex", "concave")
+    )
+    if not removed and not added:
         raise RadiusError("nothing is left to blend: all edges are shorter than their corners")
-    return LocalBlend(part, *pieces, h, laid)
+    return LocalBlend(distance, removed, added, h, laid, choices)
 
 
 def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:
@@ -198,7 +204,7 @@ def largest_radius(part: OpenPart, found: Sequence[Edge], choices: Sequence[Choi
     size = float(np.linalg.norm(part.bounds[1] - part.bounds[0]))
     faces = PartFaces(part, size, found)
     whole = [Choice(choice.edge, size) for choice in choices]
-    return size * _fitting(whole, faces, found, 0.0)
+    return size * _fitting(whole, faces, found, 0.0, strict=True)
 
 
 def _laid(
@@ -207,6 +213,7 @@ def _laid(
     found: Sequence[Edge],
     margin: float,
     part: MeshDistance | None = None,
+    strict: bool = False,
 ) -> dict[str, Laid]:
     single = [
         rail for kind in KINDS for rail in rails([choice for choice in choices if choice.edge.convexity == kind], faces)
@@ -216,7 +223,7 @@ def _laid(
     for kind, sign in (("concave", -1.0), ("convex", 1.0)):
         own = [rail for rail in joined if rail.sign == sign]
         if own:
-            laid[kind] = lay(own, faces, found, margin, part)
+            laid[kind] = lay(own, faces, found, margin, part, strict=strict)
     # what is filled in around a rounded edge comes after it
     for first in set(after) & set(laid["convex"].strips) if len(laid) == 2 else ():
         filled = [laid["concave"].strips[id(rail)] for rail in after[first] if id(rail) in laid["concave"].strips]
@@ -225,13 +232,15 @@ def _laid(
     return laid
 
 
-def _fitting(choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float) -> float:
+def _fitting(
+    choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float, strict: bool = False
+) -> float:
     """Largest factor below 1 by which radii fit, 0 if none does."""
     low, high = 0.0, 1.0
     while high - low > _RADIUS_FOUND * high and high > 1e-6:
         middle = (low + high) / 2 if low > 0 else high / 4
         try:
-            _laid([_scaled(choice, middle) for choice in choices], faces, found, margin * middle)
+            _laid([_scaled(choice, middle) for choice in choices], faces, found, margin * middle, strict=strict)
         except RadiusError:
             high = middle
         else:

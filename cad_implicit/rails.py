@@ -120,7 +120,7 @@ class Rail:
 
 
 def law(radius: Radius, length: float) -> Law:
-    """Radius and its derivative as a function of the position along a guide of some length, constant beyond its ends."""
+    """Radius and its derivative as a function of the position along a guide; constant beyond its ends."""
 
     def value(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         if isinstance(radius, int | float):

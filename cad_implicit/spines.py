@@ -14,7 +14,7 @@ Not promised: edges whose faces turn by less than about a degree (c runs off to 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,6 +33,10 @@ _NEWTON_ROUNDS = 30
 #: A centre is found if both distances agree with the radius within this share of it.
 _SOLVED = 1e-9
 
+#: Step for the curvature of a guide, as a share of its length, and steps to find a position along it.
+_BEND = 1e-4
+_POSITION_ROUNDS = 20
+
 #: Three planes meet in a point if their normals span at least this volume.
 _REGULAR = 1e-3
 
@@ -46,15 +50,29 @@ _REFINEMENTS = 10
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A face that a ball touches, seen from the ball's side: ``sign`` is 1 for convex edges and -1 for concave ones."""
+    """A face that a ball touches, seen from the ball's side.
+
+    Attributes
+    ----------
+    face : FaceDistance
+    sign : float
+        1 for convex edges, -1 for concave ones.
+    height : float
+        What is added to the distance, in mm.
+    """
 
     face: FaceDistance
     sign: float
+    height: float = 0.0
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Distances (N,) and gradients (N, 3), positive where the ball is."""
         value, gradient = self.face.value_and_gradient(points)
-        return self.sign * value, self.sign * gradient
+        return self.sign * value + self.height, self.sign * gradient
+
+    def raised(self, by: float) -> Support:
+        """Give the same face with ``by`` mm added to the distance."""
+        return replace(self, height=self.height + by)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +127,15 @@ class Guide:
         place, direction = self.place(fine)
         near = np.linalg.norm(points[:, None] - place, axis=2).argmin(axis=1)
         at = fine[near]
-        for _ in range(4):
+        step = _BEND * self.length
+        for _ in range(_POSITION_ROUNDS):
             place, direction = self.place(at)
-            at = at + ((points - place) * direction).sum(axis=1)
+            bend = (self.place(at + step)[1] - self.place(at - step)[1]) / (2 * step)
+            away = points - place
+            move = (away * direction).sum(axis=1) / np.maximum(1 - (away * bend).sum(axis=1), 0.2)
+            at = at + move
+            if float(np.abs(move).max(initial=0.0)) < _SOLVED * self.length:
+                break
         return np.asarray(at)
 
 
@@ -292,7 +316,7 @@ def _samples(
     guide: Guide, supports: Sequence[Support], law: Law, at: FloatArray, guess: FloatArray | None = None
 ) -> Spine:
     edge, along = guide.place(at)
-    step = 1e-4 * guide.length
+    step = _BEND * guide.length
     bend = (guide.place(at + step)[1] - guide.place(at - step)[1]) / (2 * step)
     radius, growth = law(at)
     centres = edge.copy() if guess is None else guess.copy()

@@ -1,8 +1,8 @@
 """Regions that local blends take off or fill in: strips along edges, and corners where strips meet.
 
 Each is a function of points, positive inside. Inside it are the points beside an edge that the ball of a blend does not
-reach, or that are beyond a chamfer; its other borders lie a margin outside of the part's surface, so that only the blend
-itself, and the ends of strips, are cut into the part.
+reach, or that are beyond a chamfer; its other borders lie a margin outside of the part's surface, so that only the
+blend itself, and the ends of strips, are cut into the part.
 
 Not promised: values are no distances away from the blend.
 """
@@ -24,17 +24,23 @@ from .implicit import FloatArray, Implicit
 from .kernels import canal
 from .spines import Spine, Support, hermite, speed
 
-#: How far a strip goes into the corner where it ends, as a share of the radius: enough for no gap between them, and
-#: its ball is less than this squared off there.
-_OVERLAP = 0.002
+#: Where a strip ends at a corner both count up to this share of the radius past their common plane: a gap would be a wall
+#: within the region; so would be values that sink towards the plane, onto which vertices are drawn.
+_SLACK = 1e-9
 
-#: Points along a spine that tell the nearest piece, in radii: where a ball goes around a slot that is hardly wider, there
-#: and back are nearly in one place; and the most of them in a piece.
+#: Points along a spine that tell the nearest piece, in radii: where a ball goes around a slot that is hardly wider,
+#: there and back are nearly in one place; and the most of them in a piece.
 _FINE = 0.02
 _MOST = 5000
 
 #: Margins must be at least this many spacings: less is contoured only roughly.
 SPACINGS = 2.0
+
+#: Points farther than so many times its reach from the spine are outside of the strip by the rest at least.
+_NEAR = 1.2
+
+#: More points than this are looked up by several threads.
+_MANY = 5000
 
 #: Steepest line of a face over its tangent that is followed.
 _STEEPEST = 5.0
@@ -129,29 +135,31 @@ class Strip(Region):
         self._turns, self._lines = _face_lines(spine, touching, self._normals, out, supports)
         self._spans = speed(self._origins[:-1], self._origins[1:], directions[:-1], directions[1:])
         self._ways = np.concatenate([[0.0], np.cumsum(self._spans)])
-        overlap = _OVERLAP * float(spine.radius.max())
-        self._overlaps = np.array([overlap if corner else 0.0 for corner in corners])
+        slack = _SLACK * float(spine.radius.max())
+        self._slack = np.array([slack if corner else 0.0 for corner in corners])
         reach = np.linalg.norm(spine.edge - self._origins, axis=1)
         self._reach = float(np.maximum(reach, np.linalg.norm(self._reaches, axis=2).max(axis=1)).max()) + 2 * margin
         held = np.concatenate([touching.reshape(-1, 3), spine.edge])
-        pad = 2 * margin + overlap + self._bulge()
+        pad = 2 * margin + self._bulge()
         self.box = np.stack([held.min(axis=0) - pad, held.max(axis=0) + pad])
 
     def skin(self) -> FloatArray:
         """Points (N, 3) of its border beyond the faces, between where it touches them and the edge."""
         along = np.cross(self.spine.tangents[:, None], self._normals) * self._turns[:, None]
         along /= np.linalg.norm(along, axis=2)[:, :, None]
-        length, height = self._lines[:, :, 0], self._lines[:, :, 1]
+        length, height, start, end = np.moveaxis(self._lines, 2, 0)
         touching = self.spine.touching()
         points = []
         for share in (0.0, 0.5, 1.0):
-            above = share * share * height + self.margin
+            rest = 1 - share
+            above = share * share * (1 + 2 * rest) * height + share * rest * length * (rest * start - share * end)
+            above += self.margin
             points.append(touching + (share * length)[:, :, None] * along + above[:, :, None] * self._normals)
         return np.concatenate(points).reshape(-1, 3)
 
     def way(self, at: ArrayLike) -> FloatArray:
         """Ways (N,) in mm along the spine for positions (N,) along the edge."""
-        return np.interp(np.asarray(at, np.float64), self.spine.at, self._ways)
+        return np.asarray(np.interp(np.asarray(at, np.float64), self.spine.at, self._ways))
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -160,16 +168,15 @@ class Strip(Region):
 
     def evaluate(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Values (N,), gradients (N, 3), and how far (N,) along the spine in mm the points are."""
-        count = len(points)
-        far, piece = self._nearest(points, 1.5 * self._reach)
-        value, gradient, way = np.full(count, -0.5 * self._reach), np.zeros((count, 3)), np.zeros(count)
-        near = np.flatnonzero(np.isfinite(far))
+        far, piece = self._nearest(points)
+        value, gradient, way = self._reach - far, np.zeros_like(points), np.zeros(len(points))
+        near = np.flatnonzero(far < _NEAR * self._reach)
         out = (np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros(len(near)))
         with parallel.threads(None, len(near)):
             canal.strip(
                 np.ascontiguousarray(points[near]), piece[near], self._origins, self._directions, self._spans,
                 self._ways, self.spine.radius, self.spine.slope, self._reaches, self._normals, self._lines, self._turns,
-                self.spine.closed, self.spine.ball, self.margin, self._overlaps, *out,
+                self.spine.closed, self.spine.ball, self.margin, self._slack, *out,
             )  # fmt: skip
         value[near], gradient[near], way[near] = out
         return value, gradient, way
@@ -185,11 +192,11 @@ class Strip(Region):
             )  # fmt: skip
         return value, gradient, within
 
-    def _nearest(self, points: FloatArray, limit: float = np.inf) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Distances (N,) to the spine, infinite beyond a limit, and pieces (N,) of it to start looking from."""
+    def _nearest(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Distances (N,) to the spine, nearly, and pieces (N,) of it to start looking from."""
         tree, pieces = self._tree
-        away, sample = tree.query(points, distance_upper_bound=limit)
-        return away, pieces[np.minimum(sample, len(pieces) - 1)]
+        away, sample = tree.query(points, workers=-1 if len(points) > _MANY else 1)
+        return away, pieces[sample]
 
     @cached_property
     def _tree(self) -> tuple[cKDTree, NDArray[np.int64]]:
@@ -258,8 +265,8 @@ class Mitre(Region):
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
         value, gradient = self._regions[0].value_and_gradient(points)
-        for other in (*(region.value_and_gradient for region in self._regions[1:]), *self._beyond):
-            f, slope = other(points)
+        others = [region.value_and_gradient(points) for region in self._regions[1:]]
+        for f, slope in (*others, *(support(points) for support in self._beyond)):
             less = f < value
             value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
         return value, gradient
@@ -314,9 +321,9 @@ class Corner(Region):
         value = length - self._radius
         gradient = away / np.where(length > 0, length, 1.0)[:, None]
         within = away @ self._walls.T
-        within[within > 0] *= canal.STEEP
+        within[within > -_SLACK * self._radius] = np.inf
         below = self._heights - away @ self._contacts.T
-        for parts, slopes in ((within, canal.STEEP * self._walls), (below, -self._contacts)):
+        for parts, slopes in ((within, self._walls), (below, -self._contacts)):
             which = parts.argmin(axis=1)
             least = parts[np.arange(len(parts)), which]
             less = least < value
@@ -353,22 +360,28 @@ class Regions(Implicit):
         """Values (N,) and gradients (N, 3)."""
         x = np.ascontiguousarray(points, np.float64)
         value, gradient = np.full(len(x), -np.inf), np.zeros_like(x)
+        columns = x.T
         for region in self.regions:
-            outside = np.maximum(np.maximum(region.box[0] - x, x - region.box[1]), 0.0)
-            f = -np.sqrt((outside * outside).sum(axis=1))
-            near = np.flatnonzero(f == 0.0)
-            slope = np.zeros_like(x)
+            low, high = region.box
+            outside = np.maximum.reduce(
+                [low[0] - columns[0], columns[0] - high[0], low[1] - columns[1], columns[1] - high[1],
+                 low[2] - columns[2], columns[2] - high[2]]
+            )  # fmt: skip
+            # boxes are padded by twice the margin: no false zeros beside them
+            f = -np.maximum(outside, 0.0) - region.margin
+            near = np.flatnonzero(outside <= 0.0)
             if len(near):
-                f[near], slope[near] = region.value_and_gradient(x[near])
-            more = f > value
-            value[more], gradient[more] = f[more], slope[more]
+                f[near], slope = region.value_and_gradient(x[near])
+                better = near[f[near] > value[near]]
+                gradient[better] = slope[f[near] > value[near]]
+            np.maximum(value, f, out=value)
         return value, gradient
 
     def clusters(self) -> list[Regions]:
         """Regions whose boxes do not overlap, apart."""
         boxes = np.array([region.box for region in self.regions])
         meet = ((boxes[:, None, 0] <= boxes[None, :, 1]) & (boxes[None, :, 0] <= boxes[:, None, 1])).all(axis=2)
-        label = _labels(meet)
+        label = _labels(np.asarray(meet))
         return [
             Regions([r for r, own in zip(self.regions, label, strict=True) if own == one]) for one in np.unique(label)
         ]

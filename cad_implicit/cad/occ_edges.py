@@ -65,7 +65,7 @@ def shape_edges(shape: Shape, tolerance: float | None = None) -> list[Edge]:
 
 
 def number_of(shape: Shape, edge: Shape) -> int:
-    """Number of an edge of a shape, 0 if the shape does not hold it."""
+    """Give the number of an edge of a shape, 0 if the shape does not hold it."""
     return int(shape_map(shape, TopAbs_EDGE).FindIndex(edge))
 
 

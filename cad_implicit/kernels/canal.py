@@ -1,9 +1,9 @@
 """The strip between two faces and a ball that rolls along their edge, or a chamfer there, as a function of points.
 
-Samples of the strip, in the order of the edge: an origin on the spine (for chamfers: on the edge), its direction and how
-far it has come, the radius and its slope (0 for chamfers); for each face the way from the origin to the contact, the
-outward normal there, and the line of the face beyond it as a cubic over the tangent (its length, its end's height, and
-its slopes at both ends). Between samples the spine is a cubic piece, the rest changes linearly.
+Samples of the strip, in the order of the edge: an origin on the spine (for chamfers: on the edge), its direction and
+how far it has come, the radius and its slope (0 for chamfers); for each face the way from the origin to the contact,
+the outward normal there, and the line of the face beyond it as a cubic over the tangent (its length, its end's height,
+and its slopes at both ends). Between samples the spine is a cubic piece, the rest changes linearly.
 """
 
 from __future__ import annotations
@@ -14,10 +14,6 @@ import numpy as np
 from numba import prange
 
 from .jit import jit, parallel_jit
-
-#: Slope of walls between strips and corners: where both overlap, the greater value must not come near zero, or vertices
-#: of the ball's surface are drawn to the wall (by 0.03 spacings with a slope of 1).
-STEEP = 500.0
 
 #: Halvings or Newton steps towards the nearest point of the spine.
 _ROUNDS = 24
@@ -123,13 +119,14 @@ def _face_line(a, length, height, start, end):
 
 @parallel_jit
 def strip(
-    points, starts, origins, directions, spans, ways, radius, slope, reaches, normals, lines, turns, closed, ball, margin,
-    overlaps, value, gradient, way,
+    points, starts, origins, directions, spans, ways, radius, slope, reaches, normals, lines, turns, closed, ball,
+    margin, slack, value, gradient, way,
 ):  # fmt: skip
     """Value and gradient of the strip at points, and how far along the spine they are.
 
     The value is the least of: how far outside the ball, or beyond the chamfer; how far within the two contacts; how far
-    below the faces, ``margin`` mm above them; how far before each end, ``overlaps`` mm past it, times ``STEEP`` inside.
+    below the faces, ``margin`` mm above them; how far before each end. An end with ``slack`` is at a corner, whose value
+    goes on from there: it limits only what is past it by more than that.
     """
     for n in prange(len(points)):
         x = points[n]
@@ -213,17 +210,15 @@ def strip(
                 past_start = _along(x, c, d)
             if i == len(spans) - 1 and t == 1.0:
                 past_end = _along(x, c, d)
-            start = way[n] + past_start + overlaps[0]
-            end = ways[len(spans)] - way[n] - past_end + overlaps[1]
+            start = way[n] + past_start
+            end = ways[len(spans)] - way[n] - past_end
             way[n] += past_start + past_end
-            steep = STEEP if start > 0.0 and overlaps[0] > 0.0 else 1.0
-            if steep * start < best:
-                best = steep * start
-                gradient[n, 0], gradient[n, 1], gradient[n, 2] = steep * d[0], steep * d[1], steep * d[2]
-            steep = STEEP if end > 0.0 and overlaps[1] > 0.0 else 1.0
-            if steep * end < best:
-                best = steep * end
-                gradient[n, 0], gradient[n, 1], gradient[n, 2] = -steep * d[0], -steep * d[1], -steep * d[2]
+            if start < best and (start < -slack[0] or slack[0] == 0.0):
+                best = start
+                gradient[n, 0], gradient[n, 1], gradient[n, 2] = d[0], d[1], d[2]
+            if end < best and (end < -slack[1] or slack[1] == 0.0):
+                best = end
+                gradient[n, 0], gradient[n, 1], gradient[n, 2] = -d[0], -d[1], -d[2]
         value[n] = best
 
 

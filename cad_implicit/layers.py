@@ -1,0 +1,263 @@
+"""The strip of one rail: how far it goes, where it is cut, how far it sticks out of the part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from .cad.edges import Edge
+from .chamfers import legs
+from .cliffs import cliff
+from .errors import RadiusError
+from .face_groups import FaceGroup, PartFaces
+from .implicit import FloatArray, Implicit
+from .joints import Around, Ball, Vertex, around
+from .rails import Rail
+from .spines import Guide, Law, Spine, Support, extended, spine
+from .strips import Cut, Strip
+
+#: How far strips go beyond the ends of their edges at most, in radii.
+_EXTENT = 6.0
+
+#: Steps there, in radii.
+_STEP = 0.25
+
+#: How far strips go on beyond the faces at which they end where others end too, in widths.
+_MITRE = 2.5
+
+#: Strips that begin this share of the radius behind their end have no length.
+_NOTHING = 1e-6
+
+#: Corners are looked for within this share of an edge from its end.
+_HALF = 0.7
+
+#: A ball that moves by less than this share of the way along the edge stands still; then it is made smaller by:
+_STILL = 1e-5
+_LESS = 1e-4
+
+#: Regions have at least this margin, in radii; and they may come out behind walls by this share of it: that is
+#: more than tessellation, which is a thousandth of it, and nothing beside the error allowed.
+_LEAST = 0.05
+_CLEAR = 0.005
+
+#: Cuts matter up to where all of a strip is before the face by this share of the radius.
+_CLEARLY = 0.05
+
+Which = Literal[0, 1]
+ENDS: tuple[Which, Which] = (0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """One end of a strip.
+
+    Attributes
+    ----------
+    cuts : dict of int to Cut
+        By the cluster of faces, around the vertex, that the edge runs into.
+    around : Around or None
+        The faces there, if it ends at faces.
+    """
+
+    cuts: dict[int, Cut]
+    around: Around | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Laying:
+    """A rail with its strip and the ends of that."""
+
+    rail: Rail
+    strip: Strip
+    endings: tuple[Ending, Ending]
+
+
+class Layer:
+    """Lays the strip of one rail."""
+
+    def __init__(
+        self,
+        rail: Rail,
+        faces: PartFaces,
+        edges: Sequence[Edge],
+        at: dict[int, Vertex],
+        margin: float,
+        part: Implicit | None,
+        strict: bool,
+    ) -> None:
+        self.rail, self.faces, self.edges, self.margin, self.part = rail, faces, edges, margin, part
+        self.strict = strict
+        self.supports = rail.supports
+        self.at = [None if rail.guide.closed else at.get(end.vertex) for end in rail.ends]
+        self.radius = max(rail.lengths or rail.law(np.linspace(0, rail.guide.length, 33))[0].tolist())
+
+    def lay(self) -> Laying | None:
+        """Strip and its ends; None if nothing is left of it between two corners."""
+        rail, guide = self.rail, self.rail.guide
+        if guide.closed:
+            found = self._spine(guide, guide.at)
+            self._check(found)
+            return Laying(rail, self._strip(found, (False, False), []), (Ending({}), Ending({})))
+        balls = [self._ball(which) for which in ENDS]
+        free = [balls[e] is None and not rail.ends[e].smooth and self.at[e] is not None for e in ENDS]
+        room = [_EXTENT * self.radius if free[e] or balls[e] is not None else 0.0 for e in ENDS]
+        guide = extended(guide, rail.supports, room[0], room[1], _STEP * self.radius)
+        limits = [0.0, rail.guide.length]
+        for e in ENDS:
+            if (ball := balls[e]) is not None:
+                limits[e] = self._position(guide, ball, e)
+        if all(ball is not None for ball in balls):
+            short = limits[0] - limits[1]
+            if short > _NOTHING * self.radius:
+                raise RadiusError(f"{self._names()}: a ball of radius {self.radius:g} mm does not fit between its ends")
+            if short > -_NOTHING * self.radius:
+                return None
+        rough = self._spine(guide, guide.at) if any(free) else None
+        endings = [Ending({}), Ending({})]
+        for e in ENDS:
+            if free[e] and rough is not None:
+                limits[e], endings[e] = self._free(e, rough)
+        inner = guide.at[(guide.at > limits[0]) & (guide.at < limits[1])]
+        found = self._spine(guide, np.unique(np.concatenate([[limits[0]], inner, [limits[1]]])))
+        self._check(found)
+        for e in ENDS:
+            if (ball := balls[e]) is not None:
+                found.centres[-e] = ball.centre
+        cuts = [cut for ending in endings for cut in ending.cuts.values()]
+        strip = self._strip(found, (balls[0] is not None, balls[1] is not None), cuts)
+        first, second = (self._placed(ending, strip) for ending in endings)
+        return Laying(rail, strip, (first, second))
+
+    @staticmethod
+    def _placed(ending: Ending, strip: Strip) -> Ending:
+        """Give an ending whose cuts begin at ways along a spine, not at positions along a guide."""
+        cuts = {
+            cluster: replace(cut, way=float(strip.way(cut.way)), margin=min(cut.margin, strip.margin))
+            for cluster, cut in ending.cuts.items()
+        }
+        return Ending(cuts, ending.around)
+
+    def _ball(self, which: Which) -> Ball | None:
+        """Ball of the corner at which one end stops, if there is one."""
+        vertex = self.at[which]
+        if vertex is None or not vertex.corners:
+            return None
+        left, right = self.rail.ends[which].sides
+        own = {vertex.cluster(left), vertex.cluster(right)}
+        fitting = [ball for ball in vertex.corners if own <= set(ball.clusters)]
+        guide, radius = self.rail.guide, self.radius
+        far = extended(guide, self.rail.supports, _EXTENT * radius, _EXTENT * radius, _STEP * radius)
+        places = [self._position(far, ball, which) for ball in fitting]
+        return fitting[int(np.argmax(places) if which == 0 else np.argmin(places))]
+
+    def _position(self, guide: Guide, ball: Ball, which: Which) -> float:
+        """Position along a guide of a ball at one end of it."""
+        length = self.rail.guide.length
+        within = (-np.inf, _HALF * length) if which == 0 else ((1 - _HALF) * length, np.inf)
+        return float(guide.position(ball.centre[None], *within)[0])
+
+    def _spine(self, guide: Guide, at: FloatArray) -> Spine:
+        """Spine of the rail; of a ball a little smaller, if it stands still somewhere, as in a hole of its radius."""
+        lengths = self.rail.lengths
+        if lengths is not None:
+            return legs(guide, self.rail.supports, lengths, at)
+        found = spine(guide, self.supports, self.rail.law, at)
+        if self.supports is self.rail.supports and self._falls(found):
+            if self.strict:
+                raise RadiusError(f"{self._names()}: {self._what()} consumes a face")
+            found = spine(guide, self.supports, self.rail.law, at)
+        way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
+        if self.rail.constant is None or (bool((way > _STILL * along).all()) and bool(found.solved.all())):
+            return found
+        less = spine(guide, self.supports, _scaled(self.rail.law, 1 - _LESS), at)
+        return less if bool(less.solved.all()) else found
+
+    def _falls(self, found: Spine) -> bool:
+        """Whether the ball leaves a face over a border along the edge; then that is where the face ends from now on."""
+        rail = self.rail
+        ends = {end.vertex for end in rail.ends if end.vertex and not rail.guide.closed}
+        barred = {edge.number for edge in self.edges if ends & set(edge.ends)} | set(rail.numbers)
+        inside = found.solved & (found.at >= 0) & (found.at <= rail.guide.length)
+        supports = list(rail.supports)
+        for side, support in enumerate(rail.supports):
+            if not isinstance(support.face, FaceGroup) or not inside.any():
+                continue
+            end = cliff(support.face, support.face.members, rail.guide, self.edges, barred, self.radius)
+            if end is not None and bool(end.border(found.touching()[inside, side])[1].any()):
+                supports[side] = Support(end, support.sign)
+        self.supports = (supports[0], supports[1])
+        return any(one is not other for one, other in zip(supports, rail.supports, strict=True))
+
+    def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: Sequence[Cut]) -> Strip:
+        """Strip whose margin is less where there is more of the part behind a thin wall or gap."""
+        strip = Strip(found, self.rail.supports, self.margin, corners)
+        while self.part is not None and not self.rail.follows and strip.margin > _LEAST * self.radius:
+            skin = strip.skin()
+            for cut in cuts:
+                skin = skin[cut.side * cut.support(skin)[0] > 0]
+            if len(skin) == 0 or float((self.rail.sign * self.part(skin)).max()) < _CLEAR * self.margin:
+                break
+            strip = Strip(found, self.rail.supports, strip.margin / 2, corners)
+        self.margin = strip.margin
+        return strip
+
+    def _free(self, which: Which, rough: Spine) -> tuple[float, Ending]:
+        """Position at which a strip that ends at faces may stop, and that end; the ways of its cuts are positions."""
+        vertex = self.at[which]
+        assert vertex is not None
+        faces = around(vertex, self.rail, which, self.faces, self.radius)
+        at = rough.at
+        outward = np.flatnonzero(at <= 0.0)[::-1] if which == 0 else np.flatnonzero(at >= self.rail.guide.length)
+        inward = np.flatnonzero(at >= 0.0) if which == 0 else np.flatnonzero(at <= self.rail.guide.length)[::-1]
+        bad = outward[~rough.solved[outward]]
+        if len(bad):
+            outward = outward[: int(np.flatnonzero(outward == bad[0])[0])]
+        if len(outward) == 0:
+            raise RadiusError(f"{self._names()}: {self._what()} does not reach both faces at its end")
+        if not faces.cuts:
+            return (0.0 if which == 0 else self.rail.guide.length), Ending({}, faces)
+        held = np.concatenate([rough.touching(), rough.edge[:, None]], axis=1)
+        stop = len(outward) - 1
+        # mitres need the strips beyond the faces at which they are cut
+        size = np.linalg.norm(held[inward[0], :2] - held[inward[0], 2:], axis=1).max()
+        further = _MITRE * float(size) if len(vertex.ends) > 1 else 0.0
+        past = np.abs(at[outward] - at[outward[0]])
+        cuts = {}
+        for cluster, (support, side) in faces.cuts.items():
+            inside = side * support(held.reshape(-1, 3))[0].reshape(-1, 3)
+            margin = self.margin if side > 0 else 0.0
+            beyond = np.flatnonzero((inside[outward] < -margin).all(axis=1))
+            if len(beyond):
+                stop = min(stop, int(np.searchsorted(past, past[beyond[0]] + further)))
+            before = np.flatnonzero((inside[inward] > _CLEARLY * self.radius).all(axis=1))
+            zone = inward[int(before[0])] if len(before) else inward[-1]
+            cuts[cluster] = Cut(support, side, which, float(at[zone]), margin)
+        return float(at[outward[stop]]), Ending(cuts, faces)
+
+    def _check(self, found: Spine) -> None:
+        if not found.solved.all():
+            x, y, z = found.edge[int(np.flatnonzero(~found.solved)[0])]
+            raise RadiusError(
+                f"{self._names()}: {self._what()} does not reach both faces at "
+                f"({x:.4g}, {y:.4g}, {z:.4g}) mm; use a smaller radius"
+            )
+
+    def _what(self) -> str:
+        if self.rail.lengths is None:
+            return f"a ball of radius {self.radius:g} mm"
+        return f"a chamfer of {self.radius:g} mm"
+
+    def _names(self) -> str:
+        numbers = self.rail.numbers
+        return f"edge {numbers[0]}" if len(numbers) == 1 else f"edges {', '.join(map(str, numbers))}"
+
+
+def _scaled(law: Law, factor: float) -> Law:
+    def scaled(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        radius, slope = law(at)
+        return factor * radius, factor * slope
+
+    return scaled

@@ -21,6 +21,10 @@ from .spines import Guide
 _STEP = 0.05
 _MOST = 2000
 
+#: Feet are beyond a border only if that is nearer to them than so many times the edge: both are equally near where the
+#: edge touches the border, as that of a boss tangent to a wall.
+_NEARER = 1.2
+
 #: Borders that run more across the edge than this cosine end it: the ball rolls past them.
 _ALONG = 0.5
 
@@ -53,8 +57,8 @@ class Cliff(FaceDistance):
         edge: FloatArray,
     ) -> None:
         self._face, self._borders = face, tuple(borders)
-        self._tree = cKDTree(np.concatenate([*marks, edge]))
-        self._which = np.repeat(np.arange(len(marks) + 1), [*(len(own) for own in marks), len(edge)])
+        self._tree, self._edge = cKDTree(np.concatenate(marks)), cKDTree(edge)
+        self._which = np.repeat(np.arange(len(marks)), [len(own) for own in marks])
 
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances (N,) and gradients (N, 3)."""
@@ -71,7 +75,8 @@ class Cliff(FaceDistance):
 
     def border(self, feet: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Nearest points (N, 3) of the borders to points of the face, continued, and which (N,) of those are beyond."""
-        sample = self._tree.query(feet)[1]
+        far, sample = self._tree.query(feet)
+        nearer = far < _NEARER * self._edge.query(feet)[0]
         start, which = self._tree.data[sample], self._which[sample]
         nearest, beyond = np.zeros_like(feet), np.zeros(len(feet), np.bool_)
         for number, (guide, outward) in enumerate(self._borders):
@@ -87,7 +92,7 @@ class Cliff(FaceDistance):
             out = np.stack([np.interp(at, guide.at, outward[:, k]) for k in range(3)], axis=1)
             across = (away * out).sum(axis=1)
             nearest[own] = place
-            beyond[own] = (across > 0) & (across > 0.9 * np.linalg.norm(away, axis=1))
+            beyond[own] = nearer[own] & (across > 0) & (across > 0.9 * np.linalg.norm(away, axis=1))
         return nearest, beyond
 
 

@@ -43,6 +43,10 @@ _LESS = 1e-4
 _LEAST = 0.05
 _CLEAR = 0.005
 
+#: A strip may end without a cut where it is narrower than this, in radii; halvings to come near to where it vanishes.
+_VANISHING = 0.1
+_CLOSER = 14
+
 #: Cuts matter up to where all of a strip is before the face by this share of the radius.
 _CLEARLY = 0.05
 
@@ -98,7 +102,7 @@ class Layer:
         """Strip and its ends; None if nothing is left of it between two corners."""
         rail, guide = self.rail, self.rail.guide
         if guide.closed:
-            found = self._spine(guide, guide.at)
+            found = self._opened(self._spine(guide, guide.at))
             self._check(found)
             return Laying(rail, self._strip(found, (False, False), []), (Ending({}), Ending({})))
         balls = [self._ball(which) for which in ENDS]
@@ -174,6 +178,27 @@ class Layer:
             return found
         less = spine(guide, self.supports, _scaled(self.rail.law, 1 - _LESS), at)
         return less if bool(less.solved.all()) else found
+
+    def _opened(self, found: Spine) -> Spine:
+        """Closed spine without the one gap where the strip has no width, as beside a wall that the edge touches."""
+        guide = self.rail.guide
+        for _ in range(_CLOSER):
+            edges = np.flatnonzero(found.solved[1:] != found.solved[:-1])
+            if len(edges) == 0 or len(edges) > 2:
+                break
+            between = (found.at[edges] + found.at[edges + 1]) / 2
+            found = spine(guide, self.supports, self.rail.law, np.unique(np.concatenate([found.at, between])))
+        if found.solved.all() or not found.solved.any() or self.rail.lengths is not None:
+            return found
+        last = int(np.flatnonzero(~found.solved)[-1]) + 1
+        order = [*range(last, len(found.at) - 1), *range(last)] if found.solved[-1] else list(range(len(found.at)))
+        kept = np.array([index for index in order if found.solved[index]])
+        whole = bool((np.diff(kept) == 1).sum() >= len(kept) - 2)
+        width = np.linalg.norm(np.diff(found.touching(), axis=1)[kept[[0, -1]], 0], axis=1).max()
+        if not whole or width > _VANISHING * self.radius:
+            return found
+        ways = np.where(kept < kept[0], found.at[kept] + guide.length, found.at[kept])
+        return replace(found.part(kept), at=ways, closed=False)
 
     def _falls(self, found: Spine) -> bool:
         """Whether the ball leaves a face over a border along the edge; then that is where the face ends from now on."""

@@ -167,8 +167,10 @@ def test_guide_places_and_positions() -> None:
     points, directions = guide.place(at)
     truth = 4.1 * np.stack([np.cos(at / 4.1), np.sin(at / 4.1), 0 * at], axis=1)
     assert np.abs(local(points) - truth).max() < 1e-6
-    beside = points - 0.7 * Z
-    assert np.abs(guide.position(beside) - at).max() < 1e-6
+    outward = np.cross(directions, Z)
+    for away in (-3.0, -0.5, 0.0, 1.9, 6.0):
+        beside = points + away * outward - 0.7 * Z
+        assert np.abs(guide.position(beside) - at).max() < 1e-6
     ends, directions = guide.place(np.array([-3.0, 11.2]))
     for end, direction, inner, way in zip(ends, directions, guide.points[[0, -1]], (-3.0, 3.0), strict=True):
         assert np.abs(end - inner - way * direction).max() < EXACT

@@ -37,6 +37,9 @@ KINDS = ("convex", "concave")
 #: How far regions stick out of the part at least, in radii.
 _MARGIN_RADII = 0.02
 
+#: Where margins are narrow the cells are smaller by this factor at most: the work grows with its square.
+_FINEST = 4.0
+
 #: How far free-form faces are continued, in radii.
 _REACH = 8.0
 
@@ -110,6 +113,8 @@ class LocalBlend(Implicit):
         from .stitching import stitched
 
         added, removed = ([] if regions is None else regions.clusters() for regions in (self.added, self.removed))
+        for cluster in (*added, *removed):
+            cluster.spacing = max(cluster.spacing, self.spacing / _FINEST)
         return stitched(
             self.parent.mesh, added, removed, self.spacing, shape=self.parent, threads=threads, progress=progress
         )

@@ -342,6 +342,7 @@ class Regions(Implicit):
 
     #: Sectors of bent spines change faster than distances.
     lipschitz = 2.0
+    spacing: float
 
     def __init__(self, regions: Sequence[Region]) -> None:
         self.regions = tuple(regions)

@@ -264,12 +264,10 @@ def test_low_wall_is_filled_to_its_top_border() -> None:
 
 @pytest.mark.parametrize("concave", [False, True])
 def test_radius_that_grows_touches_its_balls(concave: bool) -> None:
-    if concave:
-        shape, edges, corner, side = angle(), "concave", (14.0, 14.0), 1.0
-        length = 46.0
-    else:
-        shape, edges, corner, side = cad_parts.box((30, 46, 30)), [(30.0, 23.0, 30.0)], (30.0, 30.0), -1.0
-        length = 46.0
+    length, side = 46.0, 1.0 if concave else -1.0
+    shape, edges, corner = angle(), "concave", (14.0, 14.0)
+    if not concave:
+        shape, edges, corner = cad_parts.box((30, 46, 30)), [(30.0, 23.0, 30.0)], (30.0, 30.0)
     part = cad_parts.moved(shape)
     (edge,) = chosen(shape, edges)
     blend = ci.fillet(part, (1.0, 4.0), edges=edge.number, spacing=0.5)
@@ -300,7 +298,7 @@ def test_chamfers() -> None:
     for shape, edges, lengths, truth in cases:
         part = cad_parts.moved(shape())
         numbers = [edge.number for edge in chosen(shape(), edges)]
-        blend = ci.chamfer(part, *lengths, edges=numbers, spacing=0.7)
+        blend = ci.chamfer(part, *lengths, edges=numbers, spacing=0.7 if edges == "all" else 0.45)
         mesh = ci.contour(blend)
         check_sound(mesh)
         change = mesh.volume - blend.parent.mesh.volume

@@ -11,9 +11,10 @@ from shapes import SHIFT, TURN, placed
 
 from cad_implicit.chamfers import legs
 from cad_implicit.faces import CylinderFace, FaceDistance, PlaneFace
+from cad_implicit.guides import Guide, Support
 from cad_implicit.implicit import FloatArray
 from cad_implicit.rails import law
-from cad_implicit.spines import Guide, Support, spine
+from cad_implicit.spines import spine
 from cad_implicit.strips import Corner, Cut, Mitre, Region, Regions, Strip, Trimmed, Without
 
 X, Y, Z = TURN.T
@@ -191,8 +192,9 @@ def test_ball_nearly_as_wide_as_its_slot() -> None:
     a = np.linspace(-np.pi / 2, np.pi / 2, 25)
     arc = np.stack([6 * np.cos(a), 6 * np.sin(a)], axis=1)
     way = np.stack([-np.sin(a), np.cos(a)], axis=1)
-    line = np.concatenate([arc + [half, 0], -arc - [half, 0], [[half, -6.0]]])
-    ways = np.concatenate([way, -way, way[:1]])
+    # one side has another sample, so that those there and back are not beside each other
+    line = np.concatenate([arc + [half, 0], -arc - [half, 0], [[-2.9, -6.0], [half, -6.0]]])
+    ways = np.concatenate([way, -way, way[:1], way[:1]])
     flat = np.zeros((len(line), 1))
     guide = Guide.along(placed(np.hstack([line, flat])), np.hstack([ways, flat]) @ TURN.T, True)
     supports = (Support(PlaneFace(SHIFT, Z), -1.0), Support(SlotWall(half, 6.0), -1.0))
@@ -211,6 +213,13 @@ def test_ball_nearly_as_wide_as_its_slot() -> None:
     assert np.abs(value - off)[deciding].max() < 1e-4
     outward = np.stack([0 * turn, -side * np.cos(turn), np.sin(turn)], axis=1) @ TURN.T
     assert np.abs(gradient - outward)[deciding].max() < 1e-3
+    # the same in its round ends
+    angle = random.uniform(-np.pi / 2, np.pi / 2, 600)
+    points = np.stack([side * (half + across * np.cos(angle)), across * np.sin(angle), height], axis=1)
+    value = strip.value_and_gradient(placed(points))[0]
+    deciding = off < np.minimum(across - 0.1, radius - height) - 1e-6
+    assert deciding.sum() > 500
+    assert np.abs(value - off)[deciding].max() < 1e-4
 
 
 def test_cut_ends_a_strip_at_a_face() -> None:

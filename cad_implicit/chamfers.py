@@ -11,8 +11,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from .guides import Guide, Support
 from .implicit import FloatArray
-from .spines import Guide, Spine, Support
+from .spines import Spine
 from .strips import Pair, Region
 
 _ROUNDS = 30

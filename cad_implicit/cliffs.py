@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 
 from .cad.edges import Edge
 from .faces import FaceDistance
+from .guides import Guide
 from .implicit import FloatArray
-from .spines import Guide
 
 #: Points along borders are this share of the radius apart.
 _STEP = 0.05

@@ -18,10 +18,11 @@ from scipy.spatial import cKDTree
 
 from .cad.edges import Edge
 from .faces import FaceDistance
+from .guides import Guide, Support, extended, onto_line
 from .implicit import FloatArray
 from .joints import Vertex, clusters_beside, vertices
 from .rails import End, Rail
-from .spines import Guide, Support, extended, onto_line, spine
+from .spines import spine
 from .strips import Strip
 
 #: How far the blend that goes first is continued beyond the ends of its edge, in radii of both.

@@ -11,9 +11,9 @@ import numpy as np
 
 from .cad.edges import Edge
 from .face_groups import PartFaces
+from .guides import Support
 from .implicit import FloatArray
 from .rails import Rail
-from .spines import Support
 
 #: A ball at a corner is found if it touches its faces within this share of the radius, …
 _SOLVED = 1e-9

@@ -13,10 +13,11 @@ from .chamfers import legs
 from .cliffs import cliff
 from .errors import RadiusError
 from .face_groups import FaceGroup, PartFaces
+from .guides import Guide, Support, extended
 from .implicit import FloatArray, Implicit
 from .joints import Around, Ball, Vertex, around
 from .rails import Rail
-from .spines import Guide, Law, Spine, Support, extended, spine
+from .spines import Law, Spine, spine
 from .strips import Cut, Strip
 
 #: How far strips go beyond the ends of their edges at most, in radii.
@@ -180,7 +181,7 @@ class Layer:
         return less if bool(less.solved.all()) else found
 
     def _opened(self, found: Spine) -> Spine:
-        """Closed spine without the one gap where the strip has no width, as beside a wall that the edge touches."""
+        """Leave out the one gap of a closed spine where the strip has no width, as where its edge touches a wall."""
         guide = self.rail.guide
         for _ in range(_CLOSER):
             edges = np.flatnonzero(found.solved[1:] != found.solved[:-1])

@@ -12,11 +12,12 @@ from .cad.edges import Edge
 from .chamfers import Flat, meeting_points
 from .errors import RadiusError
 from .face_groups import PartFaces
+from .guides import Support
 from .implicit import Implicit
 from .joints import Ball, Vertex, find_corners, vertices
 from .layers import Layer, Laying, Which
 from .rails import Rail
-from .spines import Spine, Support
+from .spines import Spine
 from .strips import Corner, Mitre, Region, Strip, Trimmed
 
 #: Blends run into each other if one touches a face this deep within the other, in radii, that with a margin of …

@@ -15,8 +15,9 @@ import numpy as np
 from .cad.edges import TANGENT_DEGREES, Edge
 from .face_groups import PartFaces
 from .faces import FaceDistance
+from .guides import Guide, Support
 from .implicit import FloatArray
-from .spines import Guide, Law, Support
+from .spines import Law
 
 #: A radius in mm, two for the ends of an edge, or a function of the fraction of its length.
 Radius = float | tuple[float, float] | Callable[[float], float]

@@ -20,12 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from . import parallel
+from .guides import Support, hermite, speed
 from .implicit import FloatArray, Implicit
 from .kernels import canal
-from .spines import Spine, Support, hermite, speed
+from .spines import Spine
 
-#: Where a strip ends at a corner both count up to this share of the radius past their common plane: a gap would be a wall
-#: within the region; so would be values that sink towards the plane, onto which vertices are drawn.
+#: Where a strip ends at a corner both count up to this share of the radius past their common plane: a gap would be
+#: a wall within the region; so would be values that sink towards the plane, onto which vertices are drawn.
 _SLACK = 1e-9
 
 #: Points along a spine that tell the nearest piece, in radii: where a ball goes around a slot that is hardly wider,

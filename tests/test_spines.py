@@ -7,9 +7,10 @@ import pytest
 from shapes import SHIFT, TURN, placed
 
 from cad_implicit.faces import CylinderFace, PlaneFace
+from cad_implicit.guides import Guide, Support, extended, hermite, hermite_slope, speed
 from cad_implicit.implicit import FloatArray
 from cad_implicit.rails import law
-from cad_implicit.spines import Guide, Spine, Support, extended, halfway, hermite, hermite_slope, speed, spine
+from cad_implicit.spines import Spine, halfway, spine
 
 X, Y, Z = TURN.T
 EXACT = 1e-9

@@ -124,9 +124,9 @@ def strip(
 ):  # fmt: skip
     """Value and gradient of the strip at points, and how far along the spine they are.
 
-    The value is the least of: how far outside the ball, or beyond the chamfer; how far within the two contacts; how far
-    below the faces, ``margin`` mm above them; how far before each end. An end with ``slack`` is at a corner, whose value
-    goes on from there: it limits only what is past it by more than that.
+    The value is the least of: how far outside the ball, or beyond the chamfer; how far within the two contacts; how
+    far below the faces, ``margin`` mm above them; how far before each end. An end with ``slack`` is at a corner, whose
+    value goes on from there: it limits only what is past it by more than that.
     """
     for n in prange(len(points)):
         x = points[n]

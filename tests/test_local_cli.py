@@ -137,7 +137,7 @@ def test_wrong_usage(arguments: tuple[object, ...], text: str, block: Path, tmp_
     ],
 )
 def test_errors_are_one_line(arguments: tuple[object, ...], text: str, block: Path, tmp_path: Path) -> None:
-    done = cli(arguments[0], block, *arguments[1:], "-o", tmp_path / "out.stl")
+    done = cli(arguments[0], block, *arguments[1:], "--quiet", "-o", tmp_path / "out.stl")
     assert (done.returncode, done.stdout) == (1, "")
     assert text in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

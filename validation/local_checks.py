@@ -31,6 +31,8 @@ _FACETS = 1 / 20
 _MOST = 6000
 #: Pieces of a spine between two of its samples.
 _FINER = 16
+#: Balls farther than this share of the radius from touching a face roll on its border.
+_BORDER = 1e-3
 #: Farthest a vertex may be from where a ball touches, in spacings.
 CONTACT = 0.02
 
@@ -113,12 +115,17 @@ def blend_vertices(mesh: Mesh, part: OpenPart, spacing: float) -> FloatArray:
 
 
 def centres(blend: LocalBlend) -> float:
-    """Largest difference in mm between the radius and the distances from the spines of balls to both faces."""
+    """Largest difference in mm between the radius and the distances from the spines of balls to both faces.
+
+    Where a ball rolls on a sharp border, beyond the face, it is the distance to the border that counts.
+    """
     worst = 0.0
     for laid in blend.laid.values():
         for spine, supports in laid.spines:
-            for support in supports if spine.ball else ():
-                worst = max(worst, float(np.abs(support(spine.centres)[0] - spine.radius).max()))
+            for side, support in enumerate(supports) if spine.ball else ():
+                off = np.abs(support(spine.centres)[0] - spine.radius)
+                reach = np.abs(np.linalg.norm(spine.reaches[:, side], axis=1) - spine.radius)
+                worst = max(worst, float(np.where(off < _BORDER * spine.radius, off, reach).max()))
     return worst
 
 

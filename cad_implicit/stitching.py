@@ -40,6 +40,9 @@ _SHIFT = 5e-4
 _TINY = 1e-3
 _SHORT = 0.25
 
+#: The same where polished seams ran over vertices of the shapes, in spacings: these lie on the surface as the seams do.
+_FOLD = 0.05
+
 #: Shapes are shrunk by so many spacings for the boolean, and moved by a smaller vector: faces that lie in faces of the
 #: part, for instance where a blend ends, would meet them in rounding errors. (With 0, 3 of 900 joints held triangles
 #: that overlap in one plane.)
@@ -155,6 +158,8 @@ class _Joint:
         Mesh and triangle of it that each triangle came from.
     facing : (F, 4) float64
         Unit normal outward of the result, and B-rep face of the triangle; -1 for none, less on shapes.
+    added : int
+        How many of the shapes are added; these come first.
     """
 
     meshes: list[Mesh]
@@ -164,6 +169,7 @@ class _Joint:
     surface: NDArray[np.int64]
     facet: NDArray[np.int64]
     facing: FloatArray
+    added: int
 
 
 def _joined(part: Mesh, added: list[Mesh], removed: list[Mesh], spacing: float) -> _Joint:
@@ -199,7 +205,7 @@ def _joined(part: Mesh, added: list[Mesh], removed: list[Mesh], spacing: float) 
         ids = part.face_ids if number == 0 else None
         facing[rows, 3] = -1 - number if ids is None else ids[facet[rows]]
     whole = _without_crumbs(vertices, faces, surface == 0, spacing)
-    return _Joint(meshes, vertices, origin, faces[whole], surface[whole], facet[whole], facing[whole])
+    return _Joint(meshes, vertices, origin, faces[whole], surface[whole], facet[whole], facing[whole], len(added))
 
 
 def _shrunk(mesh: Mesh, spacing: float) -> FloatArray:
@@ -273,10 +279,39 @@ class _Seams:
                 break
             if number > 1:
                 bad = np.unique(joint.faces[np.isin(joint.faces, bad).any(axis=1)])
-            moves[bad] = 0.0
+            moves[bad] = self._shorter(bad.astype(np.int64), surfaces) if number == 0 else 0.0
             if number == _ROUNDS - 2:
                 moves[:] = 0.0
         return self._result(position, faces, facing)
+
+    def _shorter(self, vertices: NDArray[np.int64], surfaces: list[Evaluate | None]) -> FloatArray:
+        """Find moves (N, 3) of vertices onto that one of two shapes which decides, where the other does not afterwards.
+
+        Where one is added and the other removed, and they nearly touch, the way to where they cross is long.
+        """
+        joint = self.joint
+        moves = np.zeros((len(vertices), 3))
+        near = np.isin(joint.faces, vertices).any(axis=1)
+        faces, surface, facet = joint.faces[near], joint.surface[near], joint.facet[near]
+        for row, vertex in enumerate(vertices):
+            around = (faces == vertex).any(axis=1)
+            both = np.unique(surface[around])
+            if len(both) != 2 or not 0 < both[0] <= joint.added < both[1]:
+                continue
+            point = joint.vertices[vertex][None]
+            before = self._inside(surfaces, both, point)
+            decides = both[int(np.argmin(before))]
+            rows = np.unique(facet[around & (surface == decides)])
+            facets = Facets(np.zeros_like(rows), np.full_like(rows, decides), rows)
+            there = polish_seams(point, facets, joint.meshes, surfaces, self.spacing)
+            if abs(min(self._inside(surfaces, both, there))) < abs(min(before)):
+                moves[row] = (there - point)[0]
+        return moves
+
+    def _inside(self, surfaces: list[Evaluate | None], numbers: NDArray[np.int64], point: FloatArray) -> list[float]:
+        """How far a point (1, 3) is inside of shapes that are added, or outside of those removed."""
+        looks = [(surfaces[number], 1.0 if number <= self.joint.added else -1.0) for number in numbers]
+        return [sign * float(look(point)[0][0]) for look, sign in looks if look is not None]
 
     def _facets(self) -> Facets:
         """Which facets the vertices that the boolean made lie on."""
@@ -291,7 +326,7 @@ class _Seams:
         faces, facing = self.joint.faces.copy(), self.joint.facing.copy()
         loose = self.loose.astype(np.int8)
         loose[self.made] = 2
-        limits = self.spacing * np.array([_SHIFT, _TINY, _SHORT])
+        limits = self.spacing * np.array([_SHIFT, _TINY, _SHORT, _FOLD])
         kept = seams.tidy(position, faces, facing, loose, *limits)
         return faces[kept], facing[kept]
 

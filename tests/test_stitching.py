@@ -23,6 +23,7 @@ from stitching_regions import (
 )
 
 from cad_implicit import Mesh
+from cad_implicit.distance import MeshDistance
 from cad_implicit.dual import dual_contour
 from cad_implicit.errors import EmptyResultError, OpenMeshError, SpacingError
 from cad_implicit.implicit import FloatArray, Function
@@ -173,6 +174,13 @@ def test_surface_behind_the_triangles() -> None:
         assert off.mean() < mean
 
 
+def off_stitched(result: Mesh, part: Mesh, added: list[Region], removed: list[Region]) -> FloatArray:
+    """Values of (part | added) - removed at the vertices."""
+    x = result.vertices
+    value = np.max([MeshDistance(part)(x), *(shape(x) for shape in added)], axis=0)
+    return np.abs(np.min([value, *(-shape(x) for shape in removed)], axis=0))
+
+
 def test_overlapping_shapes_and_both_kinds_at_once() -> None:
     part = angle_profile()
     inner = edge_region(at(10, 0, 8), at(10, 36, 8), (X, Z), 5 * H, MARGIN, convex=False, cuts=(0, 0))
@@ -182,6 +190,17 @@ def test_overlapping_shapes_and_both_kinds_at_once() -> None:
     check_sound(result)
     ball, strip = (4 * H) ** 2 * (1 - np.pi / 4), (5 * H) ** 2 * (1 - np.pi / 4)
     assert result.volume == pytest.approx(part.volume + 36 * strip - 56 * ball, rel=1e-3)
+    assert off_stitched(result, part, [inner], [end, side]).max() < 5e-3 * H
+
+
+@pytest.mark.parametrize("radius", [2.3 * H, 4 * H, 5 * H])
+def test_seams_of_added_and_removed_shapes(radius: float) -> None:
+    part = angle_profile()
+    inner = edge_region(at(10, 0, 8), at(10, 36, 8), (X, Z), radius, MARGIN, convex=False, cuts=(0, 0))
+    groove = edge_region(at(10, 9, 8), at(30, 9, 8), (Y, Z), 0.8 * radius, MARGIN, convex=True, cuts=(MARGIN, MARGIN))
+    result = stitched(part, [inner], [groove], H)
+    check_sound(result)
+    assert off_stitched(result, part, [inner], [groove]).max() < 5e-3 * H
 
 
 def test_shape_smaller_than_a_cell() -> None:
@@ -243,7 +262,7 @@ def test_caps_and_tiny_edges_go() -> None:
     facing[:, :3] = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     facing[:6, :3] = [0, 0, 1]
     loose = np.array([0, 0, 0, 0, 1, 2, 0], np.int8)
-    kept = seams.tidy(points, faces, facing, loose, 1e-4, 1e-3, 0.1)
+    kept = seams.tidy(points, faces, facing, loose, 1e-4, 1e-3, 0.1, 0.0)
     result = Mesh(points, faces[kept])
     assert result.is_watertight
     assert len(result.faces) == 8

@@ -53,15 +53,18 @@ def _may_move(p, faces, facing, head, following, u, v, shift):
 
 
 @jit
-def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short):
-    """Collapse the edge u v if it is short, in either direction; the looser vertex goes if it may."""
+def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short, fold):
+    """Collapse the edge u v if it is short, in either direction; the looser vertex goes if it may.
+
+    The surface shifts by up to ``fold`` only where the vertex that stays is as loose at least: it knows more surfaces.
+    """
     length = _length(p, u, v)
     if length > short:
         return False
-    allowed = tiny if length <= tiny else shift
     if loose[u] < loose[v]:
         u, v = v, u
     for _ in range(2):
+        allowed = max(tiny if length <= tiny else shift, fold if loose[u] <= loose[v] else 0.0)
         if (
             loose[u] > 0
             and _may_move(p, faces, facing, head, following, u, v, allowed)
@@ -74,7 +77,7 @@ def _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tin
 
 
 @jit
-def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
+def _try_flip(p, faces, facing, loose, head, following, t, c, shift, fold):
     """Turn the edge opposite to corner c of triangle t if that helps.
 
     Both triangles then face as the other one did. One of another face, or without loose vertices, must hardly change.
@@ -90,7 +93,7 @@ def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
         return False
     before = min(slivers._quality(p, top, a, b, facing[t]), slivers._quality(p, bottom, b, a, facing[s]))
     after = min(slivers._quality(p, top, a, bottom, facing[s]), slivers._quality(p, top, bottom, b, facing[s]))
-    if after <= max(before, 0.0) or slivers._gap(p, a, b, top, bottom) > shift:
+    if after <= max(before, 0.0) or slivers._gap(p, a, b, top, bottom) > max(shift, fold):
         return False
     whole = max(loose[bottom], max(loose[a], loose[b])) == 0
     if (whole or facing[t, 3] != facing[s, 3]) and _height_above(p, top, a, b) > shift:
@@ -102,14 +105,16 @@ def _try_flip(p, faces, facing, loose, head, following, t, c, shift):
 
 
 @jit
-def _mend(p, faces, facing, loose, alive, head, following, t, order, shift, tiny, short):
+def _mend(p, faces, facing, loose, alive, head, following, t, order, shift, tiny, short, fold):
+    if slivers._quality(p, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]) > 0:
+        fold = 0.0
     slivers._edge_order(p, faces, t, order)
     for q in range(3):
         c = order[q]
         u, v = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
-        if _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short):
+        if _try_merge(p, faces, facing, loose, alive, head, following, u, v, shift, tiny, short, fold):
             return True
-        if _try_flip(p, faces, facing, loose, head, following, t, order[2 - q], shift):
+        if _try_flip(p, faces, facing, loose, head, following, t, order[2 - q], shift, fold):
             return True
     return False
 
@@ -123,12 +128,13 @@ def _is_bad(p, faces, facing, t, tiny):
 
 
 @jit
-def tidy(position, faces, facing, loose, shift, tiny, short):
+def tidy(position, faces, facing, loose, shift, tiny, short, fold):
     """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
 
     ``facing`` (F, 4) is the direction that each triangle should face, and a number that triangles of one face share;
     ``loose`` (V,) is above 0 for vertices that may go, those with more first. The surface shifts by ``shift`` mm at
-    most; edges shorter than ``tiny`` mm go, those longer than ``short`` mm stay.
+    most, but by ``fold`` mm where triangles face the wrong way: there seams ran over vertices beside them. Edges
+    shorter than ``tiny`` mm go, those longer than ``short`` mm stay.
     """
     alive = np.ones(len(faces), np.bool_)
     order = np.empty(3, np.int64)
@@ -143,7 +149,7 @@ def tidy(position, faces, facing, loose, shift, tiny, short):
                 and (fresh[a] or fresh[b] or fresh[c])
                 and max(loose[a], max(loose[b], loose[c])) > 0
                 and _is_bad(position, faces, facing, t, tiny)
-                and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny, short)
+                and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny, short, fold)
             ):
                 mended = True
                 changed[a], changed[b], changed[c] = True, True, True

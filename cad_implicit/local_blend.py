@@ -110,14 +110,15 @@ class LocalBlend(Implicit):
         OpenMeshError
             If the part is not closed; :func:`cad_implicit.contour` works all the same.
         """
+        from .settling import settled
         from .stitching import stitched
 
         added, removed = ([] if regions is None else regions.clusters() for regions in (self.added, self.removed))
         for cluster in (*added, *removed):
             cluster.spacing = max(cluster.spacing, self.spacing / _FINEST)
-        return stitched(
-            self.parent.mesh, added, removed, self.spacing, shape=self.parent, threads=threads, progress=progress
-        )
+        before, h = self.parent.mesh, self.spacing
+        mesh = stitched(before, added, removed, h, shape=self.parent, threads=threads, progress=progress)
+        return settled(mesh, self, before, h, threads)
 
 
 def blend_edges(

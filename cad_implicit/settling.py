@@ -19,7 +19,7 @@ _FARTHEST = 0.3
 _STEPS = 6
 
 #: Triangles may turn up to this cosine.
-_TURN = 0.5
+_TURN = 0.1
 
 #: Width in spacings for the search for triangles that meet.
 _BIN = 4.0

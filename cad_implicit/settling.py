@@ -78,7 +78,7 @@ def _unfolded(mesh: Mesh, which: NDArray[np.int64], target: FloatArray, spacing:
     touched = np.unique(row)
     faces = mesh.faces[touched]
     vertices = mesh.vertices.copy()
-    moved = []
+    moved: list[int] = []
     for vertex, place in zip(which.tolist(), target, strict=True):
         around = faces[(faces == vertex).any(axis=1)]
         old = _normals(vertices, around)
@@ -90,9 +90,11 @@ def _unfolded(mesh: Mesh, which: NDArray[np.int64], target: FloatArray, spacing:
             vertices[vertex] = kept
         else:
             moved.append(vertex)
+    if not moved:
+        return mesh
     with parallel.threads(threads, len(mesh.faces)):
         bad = intersecting(vertices, mesh.faces, _BIN * spacing)
-    back = np.intersect1d(np.unique(mesh.faces[bad]), moved)
+    back = np.intersect1d(np.unique(mesh.faces[bad]), np.array(moved, np.int64))
     vertices[back] = mesh.vertices[back]
     return Mesh(vertices, mesh.faces, mesh.face_ids, mesh.source)
 

@@ -12,6 +12,7 @@ from . import parallel
 from .implicit import FloatArray, Implicit
 from .kernels.intersections import intersecting
 from .mesh import Mesh
+from .stitching import vertex_keys
 
 #: Vertices farther from the surface than this are moved, in spacings, and none by more than this.
 _OFF = 2e-3
@@ -40,7 +41,7 @@ def settled(mesh: Mesh, shape: Implicit, before: Mesh, spacing: float, threads: 
     threads : int, optional
         Default: all cores.
     """
-    new = np.flatnonzero(~_known(mesh.vertices, before.vertices))
+    new = np.flatnonzero(~np.isin(vertex_keys(mesh.vertices), vertex_keys(before.vertices)))
     value = shape(mesh.vertices[new])
     off = np.abs(value) > _OFF * spacing
     new, value = new[off], value[off]
@@ -50,12 +51,6 @@ def settled(mesh: Mesh, shape: Implicit, before: Mesh, spacing: float, threads: 
     better = np.abs(shape(target)) < 0.5 * np.abs(value)
     better &= np.linalg.norm(target - mesh.vertices[new], axis=1) < _FARTHEST * spacing
     return _unfolded(mesh, new[better], target[better], spacing, threads)
-
-
-def _known(points: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
-    """Which points (N,) are also among others, bit for bit."""
-    keys, known = (np.ascontiguousarray(p).view([("", p.dtype)] * 3).ravel() for p in (points, others))
-    return np.isin(keys, known)
 
 
 def _moved(points: FloatArray, shape: Implicit, spacing: float) -> FloatArray:

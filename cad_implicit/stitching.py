@@ -217,9 +217,9 @@ def _shrunk(mesh: Mesh, spacing: float) -> FloatArray:
 
 def _known(vertices: FloatArray, shrunk: list[FloatArray], meshes: list[Mesh]) -> tuple[FloatArray, NDArray[np.int64]]:
     """Vertices (V, 3) where they are in the meshes they are from, and the numbers (V,) of these or -1."""
-    keys, origin = _keys(vertices), np.full(len(vertices), -1, np.int64)
+    keys, origin = vertex_keys(vertices), np.full(len(vertices), -1, np.int64)
     for number, (there, mesh) in enumerate(zip(shrunk, meshes, strict=True)):
-        known = _keys(there)
+        known = vertex_keys(there)
         order = np.argsort(known)
         at = order[np.minimum(np.searchsorted(known, keys, sorter=order), len(order) - 1)]
         found = known[at] == keys
@@ -345,7 +345,7 @@ class _Seams:
         return Mesh(vertices, faces, ids, part.source)
 
 
-def _keys(points: FloatArray) -> NDArray[np.bytes_]:
+def vertex_keys(points: FloatArray) -> NDArray[np.bytes_]:
     """Give each point (N, 3) one value to compare."""
     rows = np.ascontiguousarray(points + 0.0)
     return np.frombuffer(rows.tobytes(), "S24")

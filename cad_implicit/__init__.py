@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from .cad import to_mesh as to_mesh
     from .cad.edges import Edge as Edge
     from .cad.edges import edges as edges
+    from .cad.solids import SolidPart as SolidPart
     from .comparison import compare as compare
     from .contouring import contour as contour
     from .contouring import contour_curves as contour_curves
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from .ops import offset as offset
     from .ops import round as round
     from .ops import smooth as smooth
+    from .parting import to_part as to_part
     from .redistancing import redistance as redistance
     from .rfunctions import normalize as normalize
     from .rfunctions import taubin as taubin
@@ -131,6 +133,7 @@ _HOMES = {
     "RAlpha": "rsystems",
     "RPower": "rsystems",
     "RSmooth": "rsystems",
+    "SolidPart": "cad.solids",
     "blend_intersection": "rjoins",
     "blend_subtraction": "rjoins",
     "blend_union": "rjoins",
@@ -177,6 +180,7 @@ _HOMES = {
     "superquadric": "shapes",
     "taubin": "rfunctions",
     "to_mesh": "cad",
+    "to_part": "parting",
     "torus": "shapes",
     "tpms": "minimal",
     "turned": "transforms",

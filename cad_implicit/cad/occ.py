@@ -123,6 +123,18 @@ def volume(shape: Shape) -> float:
     return float(properties.Mass())
 
 
+def area(shape: Shape) -> float:
+    """Exact surface area in mm²."""
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def count_faces(shape: Shape) -> int:
+    """Count the distinct faces of a shape."""
+    return int(shape_map(shape, TopAbs_FACE).Extent())
+
+
 def is_valid(shape: Shape) -> bool:
     """Whether the kernel's own check finds nothing wrong."""
     return bool(BRepCheck_Analyzer(shape).IsValid())

@@ -1,0 +1,59 @@
+"""Results as B-rep solids that go on in CAD."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cad_implicit.mesh import Mesh
+from cad_implicit.parallel import Progress, no_progress
+
+
+@dataclass(frozen=True, eq=False)
+class SolidPart:
+    """A solid, or a compound of several, with what is known of it.
+
+    Attributes
+    ----------
+    wrapped : TopoDS_Shape
+        What CadQuery and build123d wrap, too.
+    name : str
+    area : float
+        In mm².
+    exact_area : float
+        Area in mm² of the faces that lie on surfaces of the part or of blends; the rest are plane facets that stand
+        for triangles.
+    faces, facets : int
+        Number of all faces, and of those that stand for triangles.
+    """
+
+    wrapped: Any
+    name: str
+    area: float
+    exact_area: float
+    faces: int
+    facets: int
+
+    @property
+    def exact_share(self) -> float:
+        """Share of the area that is exact, from 0 to 1."""
+        return self.exact_area / self.area if self.area > 0 else 0.0
+
+
+def solid_of(mesh: Mesh, *, name: str | None = None, progress: Progress = no_progress) -> SolidPart:
+    """Solid of plane faces, triangles in one plane merged; see :func:`cad_implicit.to_part`.
+
+    Raises
+    ------
+    MissingHostError
+        If neither host is installed.
+    OpenMeshError, InvalidMeshError
+        If no solid can be made of the mesh.
+    """
+    from . import occ, occ_facets
+
+    progress("solid", 0.0)
+    shape = occ_facets.facets(mesh)
+    progress("solid", 1.0)
+    area, count = occ.area(shape), occ.count_faces(shape)
+    return SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count)

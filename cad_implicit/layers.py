@@ -39,6 +39,10 @@ _HALF = 0.7
 _STILL = 1e-5
 _LESS = 1e-4
 
+#: So it is where it rolls along the border of a face, within this share of its distance from the edge: a strip whose
+#: side lies in the face beyond the border cannot be told from it. (A wall as high as the radius: 17 crossings.)
+_FLUSH = 2e-5
+
 #: Regions have at least this margin, in radii; and they may come out behind walls by this share of it: that is
 #: more than tessellation, which is a thousandth of it, and nothing beside the error allowed.
 _LEAST = 0.05
@@ -95,7 +99,7 @@ class Layer:
     ) -> None:
         self.rail, self.faces, self.edges, self.margin, self.part = rail, faces, edges, margin, part
         self.strict = strict
-        self.supports = rail.supports
+        self.supports, self.law = rail.supports, rail.law
         self.at = [None if rail.guide.closed else at.get(end.vertex) for end in rail.ends]
         self.radius = max(rail.lengths or rail.law(np.linspace(0, rail.guide.length, 33))[0].tolist())
 
@@ -169,15 +173,15 @@ class Layer:
         lengths = self.rail.lengths
         if lengths is not None:
             return legs(guide, self.rail.supports, lengths, at)
-        found = spine(guide, self.supports, self.rail.law, at)
+        found = spine(guide, self.supports, self.law, at)
         if self.supports is self.rail.supports and self._falls(found):
             if self.strict:
                 raise RadiusError(f"{self._names()}: {self._what()} consumes a face")
-            found = spine(guide, self.supports, self.rail.law, at)
+            found = spine(guide, self.supports, self.law, at)
         way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
         if self.rail.constant is None or (bool((way > _STILL * along).all()) and bool(found.solved.all())):
             return found
-        less = spine(guide, self.supports, _scaled(self.rail.law, 1 - _LESS), at)
+        less = spine(guide, self.supports, _scaled(self.law, 1 - _LESS), at)
         return less if bool(less.solved.all()) else found
 
     def _opened(self, found: Spine) -> Spine:
@@ -188,7 +192,7 @@ class Layer:
             if len(edges) == 0 or len(edges) > 2:
                 break
             between = (found.at[edges] + found.at[edges + 1]) / 2
-            found = spine(guide, self.supports, self.rail.law, np.unique(np.concatenate([found.at, between])))
+            found = spine(guide, self.supports, self.law, np.unique(np.concatenate([found.at, between])))
         if found.solved.all() or not found.solved.any() or self.rail.lengths is not None:
             return found
         last = int(np.flatnonzero(~found.solved)[-1]) + 1
@@ -202,8 +206,11 @@ class Layer:
         return replace(found.part(kept), at=ways, closed=False)
 
     def _falls(self, found: Spine) -> bool:
-        """Whether the ball leaves a face over a border along the edge; then that is where the face ends from now on."""
-        rail = self.rail
+        """Whether the ball leaves a face over a border along the edge; then that is where the face ends from now on.
+
+        Where it rolls along a border just so, it is made a little smaller.
+        """
+        rail, law = self.rail, self.law
         ends = {end.vertex for end in rail.ends if end.vertex and not rail.guide.closed}
         barred = {edge.number for edge in self.edges if ends & set(edge.ends)} | set(rail.numbers)
         inside = found.solved & (found.at >= 0) & (found.at <= rail.guide.length)
@@ -212,10 +219,18 @@ class Layer:
             if not isinstance(support.face, FaceGroup) or not inside.any():
                 continue
             end = cliff(support.face, support.face.members, rail.guide, self.edges, barred, self.radius)
-            if end is not None and bool(end.border(found.touching()[inside, side])[1].any()):
+            if end is None:
+                continue
+            feet = found.touching()[inside, side]
+            border, beyond = end.border(feet)
+            flush = np.linalg.norm(feet - border, axis=1) < _FLUSH * np.linalg.norm(feet - found.edge[inside], axis=1)
+            if bool((flush[1:] & flush[:-1]).any()):
+                self.law = _scaled(rail.law, 1 - _LESS)
+            elif bool(beyond.any()):
                 supports[side] = Support(end, support.sign)
         self.supports = (supports[0], supports[1])
-        return any(one is not other for one, other in zip(supports, rail.supports, strict=True))
+        changed = any(one is not other for one, other in zip(supports, rail.supports, strict=True))
+        return changed or self.law is not law
 
     def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: Sequence[Cut]) -> Strip:
         """Strip whose margin is less where there is more of the part behind a thin wall or gap."""

@@ -50,7 +50,6 @@ def run_local(
         warnings.simplefilter("always", GeometryWarning)
         with clock.stage("read"):
             opened = open_part(part)
-            leak = [] if opened.triangles is None else leaks(opened.triangles, force=force)
             found = part_edges(opened)
         if operation == "chamfer":
             second = amount if second is None else second  # type: ignore[assignment]
@@ -70,8 +69,10 @@ def run_local(
                 progress=progress,
             )
             before = result.parent.mesh
-            leak = leak or leaks(before, force=force)
+            # chosen edges have their faces, whatever is missing elsewhere
+            leak = leaks(before, force=True)
         if leak:
+            leak.append("all of the part was contoured anew, not only its blends")
             sizing.check_triangles(before.area, result.spacing, force=force)
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)

@@ -19,6 +19,7 @@ pytest.importorskip("OCP", reason="needs CadQuery or build123d")
 pytestmark = pytest.mark.host
 
 import cad_parts as parts  # noqa: E402
+import edge_parts  # noqa: E402
 
 from cad_implicit.cad import occ, occ_files  # noqa: E402
 
@@ -99,6 +100,33 @@ def test_a_file_without_solids(tmp_path: Path, suffix: str) -> None:
     occ_files.write(next(occ.explore(parts.box((1, 1, 1)), occ.TopAbs_FACE)), path, "face", NOW)
     with pytest.raises(NoSolidError, match=r"face.*no solid, only \d shells and 1 faces"):
         to_mesh(path)
+
+
+@pytest.mark.parametrize("suffix", [".step", ".brep"])
+@pytest.mark.parametrize(("left_out", "encloses"), [(1, False), (8, True)])
+def test_a_shell_that_lacks_a_face(tmp_path: Path, suffix: str, left_out: int, encloses: bool) -> None:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Shell
+
+    shell, builder = TopoDS_Shell(), BRep_Builder()
+    builder.MakeShell(shell)
+    for number, face in enumerate(occ.explore(step_block(), occ.TopAbs_FACE), 1):
+        if number != left_out:
+            builder.Add(shell, face)
+    path = tmp_path / f"shell{suffix}"
+    occ_files.write(shell, path, "shell", NOW)
+    if encloses:
+        mesh = to_mesh(path)
+        assert mesh.open_edges > 0
+        assert mesh.volume > 0
+    else:
+        with pytest.raises(NoSolidError, match=r"no solid, only 1 shells"):
+            to_mesh(path)
+
+
+def step_block() -> occ.Shape:
+    """Cube without a small block at one corner; its eighth face is of that, its first is not."""
+    return edge_parts.cut(parts.box((10, 10, 10)), parts.box((3, 3, 3), (7, 7, 7)))
 
 
 @pytest.mark.parametrize("suffix", [".step", ".brep"])

@@ -71,9 +71,9 @@ def boss_at_border() -> Any:
     return edge_parts.fused(cad_parts.box((40, 40, 10), (-11, -20, -10)), edge_parts.cylinder(10, 22, (0, 0, -10)))
 
 
-def low_wall() -> Any:
-    """Step 1.2 high, 30 long."""
-    return edge_parts.fused(cad_parts.box((30, 20, 8)), cad_parts.box((30, 10, 9.2)))
+def low_wall(height: float = 1.2) -> Any:
+    """Step so high, 30 long."""
+    return edge_parts.fused(cad_parts.box((30, 20, 8)), cad_parts.box((30, 10, 8 + height)))
 
 
 BASE = [(10.0, 0.0, 0.0), (-10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, -10.0, 0.0)]
@@ -146,6 +146,7 @@ CASES = {
     "slot": Case(slot, "concave and %circle", 2, ring(-6, 2) + 2 * 14 * SPANDREL * 4),
     "slot, narrow": Case(slot, "concave and %circle", 5.9, ring(-6, 5.9) + 2 * 14 * SPANDREL * 5.9**2),
     "boss at border": Case(boss_at_border, "concave", 2, border_volume()),
+    "wall as high as the radius": Case(lambda: low_wall(2), "concave", 2, 30 * SPANDREL * 4, kernel=False),
     "low wall": Case(low_wall, "concave", 2, 30 * low_wall_area(), kernel=False),
 }
 

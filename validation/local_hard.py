@@ -21,6 +21,7 @@ import cadquery as cq
 
 from cad_implicit.cad.edges import Edge, part_edges
 from cad_implicit.cad.parts import open_part
+from cad_implicit.contouring import contour
 from cad_implicit.errors import CadImplicitError, RadiusError
 from cad_implicit.local_blend import blend_edges
 from cad_implicit.report.picture import render
@@ -188,7 +189,7 @@ def perform(index: int, folder: Path) -> Outcome:
     try:
         length = task.choices[0][1] if task.chamfer else None
         blend = blend_edges(part, None, radii, spacing=task.spacing, chamfer=task.chamfer, second=length)
-        mesh = blend.mesh()
+        mesh = contour(blend)
     except CadImplicitError as error:
         refused = isinstance(error, RadiusError)
         text = f"{type(error).__name__}: {error}"

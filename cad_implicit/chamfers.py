@@ -113,17 +113,17 @@ class Flat(Region):
     """
 
     def __init__(self, points: FloatArray, tip: FloatArray, supports: Sequence[Support], margin: float) -> None:
-        self._point, self._supports, self.margin = points[0], tuple(supports), margin
+        self.point, self._supports, self.margin = points[0], tuple(supports), margin
         normal = np.cross(points[1] - points[0], points[2] - points[0])
         normal *= np.sign(normal @ (tip - points[0]))
-        self._normal = normal / np.linalg.norm(normal)
+        self.normal = normal / np.linalg.norm(normal)
         far = 1.1 * float(np.linalg.norm(points - tip, axis=1).max()) + 2 * margin
         self._tip, self._far = tip, far
         self.box = np.stack([tip - far, tip + far])
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
-        value, gradient = (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
+        value, gradient = (points - self.point) @ self.normal, np.tile(self.normal, (len(points), 1))
         for support in self._supports:
             f, slope = support(points)
             less = f + self.margin < value

@@ -35,6 +35,8 @@ class Laid:
         By ``id`` of their rails.
     others : list of Region
         Mitres and corners.
+    plain : list of Strip
+        The strips of all rails, without cuts.
     spines : list of (Spine, (Support, Support))
         Of the strips; the supports are the faces that their balls touch.
     corners : list of Ball
@@ -42,6 +44,7 @@ class Laid:
 
     strips: dict[int, Region]
     others: list[Region]
+    plain: list[Strip]
     spines: list[tuple[Spine, tuple[Support, Support]]]
     corners: list[Ball]
 
@@ -83,9 +86,10 @@ def lay(
     made = [Layer(rail, faces, edges, at, margin, part, strict).lay() for rail in rails]
     layings = {id(laying.rail): laying for laying in made if laying is not None}
     _check_apart(list(layings.values()))
-    laid = Laid({}, [], [], [])
+    laid = Laid({}, [], [], [], [])
     for key, laying in layings.items():
         laid.strips[key] = Trimmed(laying.strip, [cut for ending in laying.endings for cut in ending.cuts.values()])
+        laid.plain.append(laying.strip)
         laid.spines.append((laying.strip.spine, laying.rail.supports))
     for vertex in at.values():
         here = [(layings[id(rail)], which) for rail, which in vertex.ends if id(rail) in layings]

@@ -59,6 +59,9 @@ class LocalBlend(Implicit):
         Of convex and concave edges: where the balls' centres run.
     choices : tuple of Choice
         The blended edges with their radii.
+    part : OpenPart
+    faces : PartFaces
+        Of the part.
     """
 
     lipschitz = 2.0
@@ -72,7 +75,10 @@ class LocalBlend(Implicit):
         spacing: float,
         laid: dict[str, Laid],
         choices: Sequence[Choice],
+        part: OpenPart,
+        faces: PartFaces,
     ) -> None:
+        self.part, self.faces = part, faces
         self.parent, self.spacing, self.laid, self.choices = parent, spacing, laid, tuple(choices)
         self.removed = Regions(removed) if removed else None
         self.added = Regions(added) if added else None
@@ -186,7 +192,7 @@ def blend_edges(
     )
     if not removed and not added:
         raise RadiusError("nothing is left to blend: all edges are shorter than their corners")
-    return LocalBlend(distance, removed, added, h, laid, choices)
+    return LocalBlend(distance, removed, added, h, laid, choices, opened, faces)
 
 
 def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:

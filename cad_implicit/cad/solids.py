@@ -25,6 +25,8 @@ class SolidPart:
         for triangles.
     faces, facets : int
         Number of all faces, and of those that stand for triangles.
+    why : str
+        Why there are facets where there might be none.
     """
 
     wrapped: Any
@@ -33,6 +35,7 @@ class SolidPart:
     exact_area: float
     faces: int
     facets: int
+    why: str = ""
 
     @property
     def exact_share(self) -> float:
@@ -40,7 +43,7 @@ class SolidPart:
         return self.exact_area / self.area if self.area > 0 else 0.0
 
 
-def solid_of(mesh: Mesh, *, name: str | None = None, progress: Progress = no_progress) -> SolidPart:
+def solid_of(mesh: Mesh, *, name: str | None = None, why: str = "", progress: Progress = no_progress) -> SolidPart:
     """Solid of plane faces, triangles in one plane merged; see :func:`cad_implicit.to_part`.
 
     Raises
@@ -56,4 +59,4 @@ def solid_of(mesh: Mesh, *, name: str | None = None, progress: Progress = no_pro
     shape = occ_facets.facets(mesh)
     progress("solid", 1.0)
     area, count = occ.area(shape), occ.count_faces(shape)
-    return SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count)
+    return SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count, why)

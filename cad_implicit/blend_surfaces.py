@@ -1,0 +1,374 @@
+"""Surfaces of blends in the terms of CAD: planes, cylinders, cones, tori, spheres, or grids of points for splines.
+
+A local blend is made of strips along edges and of corners; each is told here as a surface with the curves at which it
+begins: where its ball touches the faces, and where it ends at a corner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .guides import hermite
+from .implicit import FloatArray
+from .strips import Strip
+
+#: Spines that are straight or circular but for this share of the radius are taken as lines and circles: more than the
+#: error of spines (2e-6), and nothing beside what is asked of edges.
+_ALIKE = 1e-5
+
+#: Points of a rim that tell the nearest place, in radii, and rounds from there.
+_FINE = 0.05
+_MOST = 4000
+_ROUNDS = 12
+
+#: Grids have so many points across: an arc of a right angle is a polynomial of one degree less within 1e-8 radii.
+_ACROSS = 9
+
+#: Grids go on beyond the rims by this share of their width, so that edges lie inside.
+_BEYOND = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """A plane, cylinder, cone, torus or sphere.
+
+    Attributes
+    ----------
+    kind : str
+        "plane", "cylinder", "cone", "torus" or "sphere".
+    point, axis : (3,) float64
+        A point of the plane or axis, or the centre; the unit normal or axis. The apex of a cone.
+    radius, ring : float
+        Of the cylinder, sphere or tube in mm; of the torus' circle of centres. For a cone half its opening angle.
+    """
+
+    kind: Literal["plane", "cylinder", "cone", "torus", "sphere"]
+    point: FloatArray
+    axis: FloatArray
+    radius: float = 0.0
+    ring: float = 0.0
+
+
+class Curve(Protocol):
+    """A curve with a parameter in mm or radians."""
+
+    closed: bool
+
+    def at(self, ways: FloatArray) -> FloatArray:
+        """Points (N, 3) at parameters (N,)."""
+
+    def way(self, points: FloatArray) -> FloatArray:
+        """Parameters (N,) of the nearest places to points (N, 3)."""
+
+
+class BlendSurface(Protocol):
+    """One surface of a blend.
+
+    Attributes
+    ----------
+    box : (2, 3) float64
+        Holds what of it is seen.
+    curves : list of Curve
+        At which it begins.
+    closed : bool
+        Whether it goes around.
+    """
+
+    box: FloatArray
+    curves: list[Curve]
+    closed: bool
+
+    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distances (N,) of points (N, 3) outside the ball, and their gradients (N, 3)."""
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        """How far (N,) points near the surface are beyond its borders in mm, negative within them."""
+
+    def primitive(self) -> Primitive | None:
+        """Its surface in closed form; None if it has none."""
+
+
+class Rim:
+    """Where the ball of a strip touches one of its faces, by the way in mm along the spine."""
+
+    def __init__(self, surface: StripSurface, share: float) -> None:
+        self._surface, self._share = surface, share
+        self.closed = surface.closed
+        ways = surface.fine_ways()
+        self._ways, self._tree = ways, cKDTree(self.at(ways))
+
+    def at(self, ways: FloatArray) -> FloatArray:
+        return self._surface.place(ways, np.full(len(ways), self._share))
+
+    def way(self, points: FloatArray) -> FloatArray:
+        way = self._ways[self._tree.query(points)[1]].copy()
+        length = self._surface.length
+        step = 1e-5 * length
+        for _ in range(_ROUNDS):
+            here = self.at(way)
+            along = (self.at(way + step) - self.at(way - step)) / (2 * step)
+            move = ((points - here) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-12)
+            way = way + np.clip(move, -0.05 * length, 0.05 * length)
+            if not self.closed:
+                way = np.clip(way, 0.0, length)
+            if float(np.abs(move).max(initial=0.0)) < 1e-12 * length:
+                break
+        return np.mod(way, length) if self.closed else way
+
+
+class Arc:
+    """Where the surface of a ball ends: the arc between its contacts, by the angle."""
+
+    closed = False
+
+    def __init__(self, centre: FloatArray, first: FloatArray, last: FloatArray) -> None:
+        self._centre, self._radius = centre, float(np.linalg.norm(first))
+        self._first = first / self._radius
+        across = last - (last @ self._first) * self._first
+        self._across = across / np.linalg.norm(across)
+
+    def at(self, ways: FloatArray) -> FloatArray:
+        turn = np.asarray(ways)[:, None]
+        return self._centre + self._radius * (np.cos(turn) * self._first + np.sin(turn) * self._across)
+
+    def way(self, points: FloatArray) -> FloatArray:
+        away = points - self._centre
+        return np.arctan2(away @ self._across, away @ self._first)
+
+
+class StripSurface:
+    """The surface of a strip: of the ball that rolls, or of the chamfer."""
+
+    def __init__(self, strip: Strip) -> None:
+        self.strip, self.spine = strip, strip.spine
+        self.closed = self.spine.closed
+        self._ways = strip.way(self.spine.at)
+        self.length = float(self._ways[-1])
+        self.box = strip.box
+        self._reaches = self.spine.reaches
+        self.radius = float(self.spine.radius.max())
+        self.curves: list[Curve] = [Rim(self, 0.0), Rim(self, 1.0)]
+        if self.spine.ball and not self.closed:
+            for end in (0, -1):
+                reaches = self._reaches[end]
+                if np.linalg.norm(np.cross(*reaches)) > 1e-9 * self.radius**2:
+                    self.curves.append(Arc(self.spine.centres[end], reaches[0], reaches[1]))
+
+    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self.spine.ball:
+            value, gradient, _ = self.strip.from_ball(points)
+            return value, gradient
+        return self.strip.value_and_gradient(points)
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        far = np.full(len(points), -np.inf)
+        if self.spine.ball:
+            far = -self.strip.from_ball(points)[2].min(axis=1)
+        if not self.closed:
+            way = self.strip.evaluate(points)[2]
+            far = np.maximum(far, np.maximum(-way, way - self.length))
+        return far
+
+    def fine_ways(self) -> FloatArray:
+        """Ways along the spine near enough to each other to tell the nearest one."""
+        count = int(np.clip(np.ceil(self.length / (_FINE * self.radius)), 16, _MOST))
+        return np.unique(np.concatenate([np.linspace(0, self.length, count), self._ways]))
+
+    def place(self, ways: FloatArray, shares: FloatArray) -> FloatArray:
+        """Points (N, 3) at ways (N,) along the spine and shares (N,) of the arc from the one rim to the other."""
+        x = np.mod(ways, self.length) if self.closed else np.asarray(ways)
+        piece = np.clip(np.searchsorted(self._ways, x, side="right") - 1, 0, len(self._ways) - 2)
+        span = self._ways[piece + 1] - self._ways[piece]
+        t = ((x - self._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
+        spine = self.spine
+        v, w = (span[:, None] * spine.tangents[piece + i] for i in (0, 1))
+        centre = hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
+        first, last = ((1 - t) * self._reaches[piece, i] + t * self._reaches[piece + 1, i] for i in (0, 1))
+        sizes = np.linalg.norm(self._reaches, axis=2)
+        if not spine.ball:
+            for side, own in enumerate((first, last)):
+                size = (1 - t[:, 0]) * sizes[piece, side] + t[:, 0] * sizes[piece + 1, side]
+                own *= (size / np.linalg.norm(own, axis=1))[:, None]
+            return np.asarray(centre + (1 - shares[:, None]) * first + shares[:, None] * last)
+        slopes = [(span * spine.slope[piece + i])[:, None] for i in (0, 1)]
+        radius = hermite(spine.radius[piece][:, None], spine.radius[piece + 1][:, None], slopes[0], slopes[1], t)
+        return np.asarray(centre + radius * _turned(first, last, shares))
+
+    def primitive(self) -> Primitive | None:
+        ways = self.fine_ways()
+        low, high = self.place(ways, np.zeros(len(ways))), self.place(ways, np.ones(len(ways)))
+        if not self.spine.ball:
+            return _flat(low, high, self.radius) or _cone(low, high, self.radius)
+        if float(np.ptp(self.spine.radius)) > _ALIKE * self.radius:
+            return None
+        away, along = (low + high) / 2, self.spine.tangents
+        centres = self.spine.centres
+        if len(centres) < _ACROSS:
+            centres = _centres(self, ways)
+        spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
+        if spread < 1e-3 * self.radius:  # a ball that stands still, as in the end of a slot
+            return Primitive("sphere", centres.mean(axis=0), along[0], self.radius)
+        line = _line(centres, self.radius)
+        if line is not None:
+            return Primitive("cylinder", centres.mean(axis=0), line, self.radius)
+        circle = _circle(centres, self.radius)
+        del away
+        return None if circle is None else Primitive("torus", circle[0], circle[1], self.radius, circle[2])
+
+    def grid(self, low: float, high: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Ways (M,), points (M, K, 3) of the surface there, and their derivatives by the way, a little beyond both.
+
+        The points lie at the Chebyshev nodes of the interval that :func:`across` gives.
+        """
+        width = high - low
+        if self.closed:
+            low, high = low - _BEYOND * width, high + _BEYOND * width
+            turns = [self._ways[:-1] + k * self.length for k in range(-1, 3)]
+            inner = np.concatenate(turns)
+        else:
+            low, high = max(low - _BEYOND * width, 0.0), min(high + _BEYOND * width, self.length)
+            inner = self._ways
+        inner = inner[(inner > low + 1e-3 * width) & (inner < high - 1e-3 * width)]
+        ways = np.concatenate([[low], inner, [high]])
+        shares = across()
+        each, share = (a.ravel() for a in np.meshgrid(ways, shares, indexing="ij"))
+        step = 1e-5 * self.length
+        down, up = each - step, each + step
+        if not self.closed:
+            down, up = np.maximum(down, 0.0), np.minimum(up, self.length)
+        slope = (self.place(up, share) - self.place(down, share)) / (up - down)[:, None]
+        size = (len(ways), len(shares), 3)
+        return ways, self.place(each, share).reshape(size), slope.reshape(size)
+
+
+class CornerSurface:
+    """The sphere in a corner."""
+
+    closed = False
+
+    def __init__(self, centre: FloatArray, radius: float, contacts: FloatArray, box: FloatArray) -> None:
+        self._centre, self._radius, self.box = centre, radius, box
+        around = np.roll(contacts, -1, axis=0)
+        walls = np.cross(contacts, around)
+        walls *= np.sign(walls @ contacts.sum(axis=0))[:, None]
+        self._walls = walls / np.linalg.norm(walls, axis=1)[:, None]
+        self.curves: list[Curve] = [
+            Arc(centre, radius * a, radius * b) for a, b in zip(contacts, around, strict=True) if 1 - a @ b > 1e-12
+        ]
+
+    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        away = points - self._centre
+        length = np.linalg.norm(away, axis=1)
+        return length - self._radius, away / np.where(length > 0, length, 1.0)[:, None]
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        return -((points - self._centre) @ self._walls.T).min(axis=1)
+
+    def primitive(self) -> Primitive:
+        return Primitive("sphere", self._centre, np.array([0.0, 0.0, 1.0]), self._radius)
+
+
+class FlatSurface:
+    """The plane in a corner of chamfers."""
+
+    closed = False
+
+    def __init__(self, point: FloatArray, normal: FloatArray, box: FloatArray) -> None:
+        self._point, self._normal, self.box = point, normal, box
+        self.curves: list[Curve] = []
+
+    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        return np.zeros(len(points))
+
+    def primitive(self) -> Primitive:
+        return Primitive("plane", self._point, self._normal)
+
+
+def across() -> FloatArray:
+    """Shares (K,) of the arc at which grids have points: Chebyshev's, from a little before 0 to a little beyond 1."""
+    nodes = -np.cos((2 * np.arange(_ACROSS) + 1) * np.pi / (2 * _ACROSS))
+    return np.asarray(0.5 + (0.5 + _BEYOND) * nodes / nodes[-1])
+
+
+def _centres(surface: StripSurface, ways: FloatArray) -> FloatArray:
+    spine = surface.spine
+    piece = np.clip(np.searchsorted(surface._ways, ways, side="right") - 1, 0, len(surface._ways) - 2)
+    span = surface._ways[piece + 1] - surface._ways[piece]
+    t = ((ways - surface._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
+    v, w = (span[:, None] * spine.tangents[piece + i] for i in (0, 1))
+    return hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
+
+
+def _turned(first: FloatArray, last: FloatArray, shares: FloatArray) -> FloatArray:
+    """Unit directions (N, 3) at shares (N,) of the turn from the first to the last directions (N, 3)."""
+    first = first / np.linalg.norm(first, axis=1)[:, None]
+    last = last / np.linalg.norm(last, axis=1)[:, None]
+    cosine = np.clip((first * last).sum(axis=1), -1.0, 1.0)
+    side = last - cosine[:, None] * first
+    size = np.linalg.norm(side, axis=1)
+    side /= np.where(size > 0, size, 1.0)[:, None]
+    turn = (shares * np.arctan2(size, cosine))[:, None]
+    return np.asarray(np.cos(turn) * first + np.sin(turn) * side)
+
+
+def _line(points: FloatArray, radius: float) -> FloatArray | None:
+    """Direction of the line through points, None if they are on none."""
+    away = points - points.mean(axis=0)
+    direction = np.linalg.svd(away, full_matrices=False)[2][0]
+    off = away - (away @ direction)[:, None] * direction
+    return direction if float(np.linalg.norm(off, axis=1).max()) < _ALIKE * radius else None
+
+
+def _circle(points: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, float] | None:
+    """Centre, axis and radius of the circle through points, None if they are on none."""
+    middle = points.mean(axis=0)
+    away = points - middle
+    frame = np.linalg.svd(away, full_matrices=False)[2]
+    flat = away @ frame[:2].T
+    solution = np.linalg.lstsq(np.column_stack([2 * flat, np.ones(len(flat))]), (flat**2).sum(axis=1), rcond=None)[0]
+    ring = float(np.sqrt(solution[2] + solution[:2] @ solution[:2]))
+    off = np.abs(np.linalg.norm(flat - solution[:2], axis=1) - ring).max()
+    if max(float(off), float(np.abs(away @ frame[2]).max())) > _ALIKE * radius:
+        return None
+    return middle + solution[:2] @ frame[:2], frame[2], ring
+
+
+def _flat(low: FloatArray, high: FloatArray, size: float) -> Primitive | None:
+    """Plane of a chamfer between two rims (N, 3)."""
+    points = np.concatenate([low, high])
+    frame = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    if float(np.abs((points - points.mean(axis=0)) @ frame[2]).max()) > _ALIKE * size:
+        return None
+    return Primitive("plane", points.mean(axis=0), frame[2])
+
+
+def _cone(low: FloatArray, high: FloatArray, size: float) -> Primitive | None:
+    """Cone or cylinder of a chamfer between two rims (N, 3) that are circles around one axis."""
+    circles = [_circle(low, size), _circle(high, size)]
+    if circles[0] is None or circles[1] is None:
+        return None
+    (centre, axis, r0), (other, turned, r1) = circles[0], circles[1]
+    along = other - centre
+    height = float(np.linalg.norm(along))
+    if np.linalg.norm(np.cross(axis, turned)) > _ALIKE or np.linalg.norm(np.cross(axis, along)) > _ALIKE * size:
+        return None
+    if height < _ALIKE * size:
+        return Primitive("plane", centre, axis)
+    if abs(r1 - r0) < _ALIKE * size:
+        return Primitive("cylinder", centre, axis, r0)
+    direction = along / height * np.sign(r1 - r0)
+    apex = centre - direction * r0 * height / abs(r1 - r0)
+    return Primitive("cone", apex, direction, float(np.arctan2(abs(r1 - r0), height)))
+
+
+def surfaces_of(strips: Sequence[Strip]) -> list[StripSurface]:
+    """Surfaces of strips."""
+    return [StripSurface(strip) for strip in strips]

@@ -1,0 +1,325 @@
+"""Solids from outlines: faces of the part on their own surfaces, blends as primitives or splines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepTools import BRepTools
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf  # noqa: F401
+from OCP.gp import gp_Pnt, gp_Vec
+from OCP.ShapeAnalysis import ShapeAnalysis_Surface
+from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
+
+from cad_implicit.blend_labels import Outward
+from cad_implicit.blend_surfaces import StripSurface
+from cad_implicit.errors import InvalidMeshError
+from cad_implicit.implicit import FloatArray
+from cad_implicit.mesh import Mesh
+from cad_implicit.outlines import Border, Outline, Outlined
+from cad_implicit.patches import Patches
+
+from .occ import Shape, as_edge, as_face, compound
+from .occ_geometry import Made, curve_through, flat_curve, primitive_surface, strip_surface
+from .occ_original import ShapeTopology, as_vertex, places
+
+#: Edges must lie on both of their faces within so many mm, and are taken to do so within at least:
+EDGE = 1e-3
+_LEAST = 1e-7
+
+#: Points along an edge by which its curves on faces are made; more until these are within so many mm of it.
+_POINTS = 12
+_MOST = 200
+_FINE = 1e-6
+
+
+class Builder:
+    """Makes the solid of an outline."""
+
+    def __init__(
+        self, mesh: Mesh, outline: Outline, patches: Patches, count: int, surfaces: list[Outward], own: ShapeTopology
+    ) -> None:
+        self.mesh, self.outline, self.patches, self.count = mesh, outline, patches, count
+        self.surfaces, self.own = surfaces, own
+        self._builder = BRep_Builder()
+        self._vertices: dict[int, Shape] = {}
+        self._edges: dict[int, Shape] = {}
+        self._geometry: dict[int, Made] = {}
+        self.worst = 0.0
+
+    def solid(self) -> Shape:
+        """Solid of all faces.
+
+        Raises
+        ------
+        InvalidMeshError
+            If an edge is too far from one of its faces.
+        """
+        shells: dict[int, list[Shape]] = {}
+        component = self.mesh.component_of_face
+        first = np.unique(self.patches.of_triangle, return_index=True)[1]
+        for face in self.outline.faces:
+            shells.setdefault(int(component[first[face.patch]]), []).append(self._face(face))
+        made = {}
+        for number, faces in shells.items():
+            shell = TopoDS_Shell()
+            self._builder.MakeShell(shell)
+            for face in faces:
+                self._builder.Add(shell, face)
+            shell.Closed(True)
+            made[number] = shell
+        return compound([self._one(made[number]) for number in made])
+
+    def _one(self, shell: Shape) -> Shape:
+        solid = TopoDS_Solid()
+        self._builder.MakeSolid(solid)
+        self._builder.Add(solid, shell)
+        return solid
+
+    # --- faces
+
+    def _face(self, face: Outlined) -> Shape:
+        if face.label < self.count and self._untouched(face):
+            return self.own.face_shapes[face.label]
+        if face.label < self.count:
+            original = self.own.face_shapes[face.label]
+            forward = original.Orientation() == TopAbs_FORWARD
+            made = as_face(as_face(original.Oriented(TopAbs_FORWARD)).EmptyCopied())
+            surface = self.own.surface(face.label)
+            low_u, high_u, low_v, high_v = _bounds(original)
+            centre = np.array([(low_u + high_u) / 2, (low_v + high_v) / 2])
+        else:
+            made, surface, centre, forward = self._blend(face)
+        for loop in self._wires(face):
+            wire = TopoDS_Wire()
+            self._builder.MakeWire(wire)
+            for number, ahead in loop:
+                edge = self._edge(number)
+                self._on_face(number, edge, made, surface, centre, face)
+                direction = ahead == self._runs_forward(number)
+                orientation = TopAbs_FORWARD if direction == forward else TopAbs_REVERSED
+                self._builder.Add(wire, edge.Oriented(orientation))
+            wire.Closed(True)
+            self._builder.Add(made, wire)
+        return made if forward else made.Oriented(TopAbs_REVERSED)
+
+    def _untouched(self, face: Outlined) -> bool:
+        borders = [self.outline.borders[n] for loop in face.loops for n, _ in loop]
+        borders += [self.outline.borders[n] for n in face.seams]
+        if not all(border.edge >= 0 and self._whole(border) for border in borders):
+            return False
+        wanted = {e for e, edge in enumerate(self.own.edges) if face.label in edge.faces}
+        return wanted == {border.edge for border in borders}
+
+    def _whole(self, border: Border) -> bool:
+        edge = self.own.edges[border.edge]
+        low, high = sorted(border.knots.tolist())
+        slack = 1e-6 * (edge.high - edge.low)
+        return abs(low - edge.low) <= slack and abs(high - edge.high) <= slack
+
+    def _blend(self, face: Outlined) -> tuple[Shape, Any, FloatArray, bool]:
+        surface = self.surfaces[face.label - self.count].surface
+        inside = np.flatnonzero(self.patches.of_triangle == face.patch)
+        points = np.concatenate([self.outline.points[[v for n, _ in loop for v in self._ends(n)]] for loop in face.loops])
+        middles = self.mesh.vertices[self.mesh.faces[inside]].mean(axis=1)
+        primitive = surface.primitive()
+        if isinstance(surface, StripSurface) and surface.closed and len(self._of_label(face.label)) > 1:
+            ways = surface.curves[0].way(points)
+            middle = self._middle_way(face, surface)
+            unwrapped = middle + (ways - middle + surface.length / 2) % surface.length - surface.length / 2
+            low, high = float(unwrapped.min()), float(unwrapped.max())
+            towards = surface.place(np.array([middle]), np.array([0.5]))[0]
+        else:
+            low, high = 0.0, getattr(surface, "length", 0.0)
+            towards = _nearest(middles, np.average(middles, axis=0))
+        if primitive is not None:
+            geometry = primitive_surface(primitive, towards)
+        else:
+            assert isinstance(surface, StripSurface)
+            geometry = strip_surface(*surface.grid(low, high))
+        made = TopoDS_Face()
+        self._builder.MakeFace(made, geometry, TopLoc_Location(), _LEAST)
+        look = ShapeAnalysis_Surface(geometry)
+        place = places(look, towards[None])[0]
+        point, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
+        geometry.D1(float(place[0]), float(place[1]), point, du, dv)
+        normal = np.array(du.Crossed(dv).Coord())
+        outward = self.surfaces[face.label - self.count].value_and_normal(towards[None])[1][0]
+        return made, look, place, bool(normal @ outward > 0)
+
+    def _of_label(self, label: int) -> list[Outlined]:
+        return [face for face in self.outline.faces if face.label == label]
+
+    def _middle_way(self, face: Outlined, surface: StripSurface) -> float:
+        """Way in the middle of one half of a ring: that of its longest border's middle."""
+        numbers = [n for n, _ in face.loops[0]]
+        lengths = [float(np.linalg.norm(np.diff(self._made(n).at(self._some(n)), axis=0), axis=1).sum()) for n in numbers]
+        number = numbers[int(np.argmax(lengths))]
+        made = self._made(number)
+        middle = made.at(np.array([(made.low + made.high) / 2]))
+        near = [float(np.linalg.norm(curve.at(curve.way(middle)) - middle)) for curve in surface.curves[:2]]
+        return float(surface.curves[int(np.argmin(near))].way(middle)[0])
+
+    def _ends(self, number: int) -> tuple[int, int]:
+        border = self.outline.borders[number]
+        return border.start, border.end
+
+    def _wires(self, face: Outlined) -> list[list[tuple[int, bool]]]:
+        """Closed borders, joined by seams where there are any."""
+        if not face.seams:
+            return face.loops
+        pieces = [one for loop in face.loops for one in loop]
+        pieces += [(n, ahead) for n in face.seams for ahead in (True, False)]
+        seams = set(face.seams)
+        left = list(pieces)
+        wires = []
+        while left:
+            wire = [left.pop(0)]
+            start = self._from(wire[0])
+            while self._to(wire[-1]) != start or any(
+                self._from(p) == start and (p[0] in seams) != (wire[-1][0] in seams) for p in left
+            ):
+                here = self._to(wire[-1])
+                options = [p for p in left if self._from(p) == here]
+                if not options:
+                    break
+                options.sort(key=lambda p: ((p[0] in seams) == (wire[-1][0] in seams), p[0] == wire[-1][0]))
+                wire.append(options[0])
+                left.remove(options[0])
+            wires.append(wire)
+        return wires
+
+    def _from(self, piece: tuple[int, bool]) -> int:
+        return self._ends(piece[0])[0 if piece[1] else 1]
+
+    def _to(self, piece: tuple[int, bool]) -> int:
+        return self._ends(piece[0])[1 if piece[1] else 0]
+
+    # --- edges
+
+    def _runs_forward(self, number: int) -> bool:
+        """Whether the edge of a border runs from its start to its end."""
+        border = self.outline.borders[number]
+        return border.edge < 0 or bool(border.knots[0] < border.knots[-1])
+
+    def _vertex(self, number: int) -> Shape:
+        if number not in self._vertices:
+            known = int(self.outline.known[number])
+            if known >= 0:
+                self._vertices[number] = as_vertex(self.own.vertex_shapes[known].Oriented(TopAbs_FORWARD))
+            else:
+                vertex = TopoDS_Vertex()
+                self._builder.MakeVertex(vertex, gp_Pnt(*self.outline.points[number].tolist()), _LEAST)
+                self._vertices[number] = vertex
+        return self._vertices[number]
+
+    def _made(self, number: int) -> Made:
+        """Curve of a border."""
+        if number not in self._geometry:
+            border = self.outline.borders[number]
+            if border.edge >= 0:
+                low, high = sorted(border.knots.tolist())
+                self._geometry[number] = Made(self.own.edges[border.edge].geometry, low, high)
+            else:
+                assert border.place is not None
+                turned = border.knots[0] > border.knots[-1]
+                place = (lambda ways: border.place(-ways)) if turned else border.place  # type: ignore[misc]
+                self._geometry[number] = curve_through(place, -border.knots if turned else border.knots)
+        return self._geometry[number]
+
+    def _some(self, number: int) -> FloatArray:
+        made = self._made(number)
+        return np.linspace(made.low, made.high, _POINTS)
+
+    def _edge(self, number: int) -> Shape:
+        if number in self._edges:
+            return self._edges[number]
+        border, made = self.outline.borders[number], self._made(number)
+        if border.edge >= 0 and self._whole(border):
+            edge = self.own.edges[border.edge].shape
+        else:
+            if border.edge >= 0:
+                edge = as_edge(self.own.edges[border.edge].shape.EmptyCopied())
+            else:
+                edge = TopoDS_Edge()
+                self._builder.MakeEdge(edge, made.geometry, _LEAST)
+            ends = [border.start, border.end]
+            if not self._runs_forward(number):
+                ends.reverse()
+            for vertex, orientation, at in zip(ends, (TopAbs_FORWARD, TopAbs_REVERSED), (made.low, made.high), strict=True):
+                shape = self._vertex(vertex)
+                away = float(np.linalg.norm(made.at(np.array([at]))[0] - self.outline.points[vertex]))
+                self._tolerate(shape, away)
+                self._builder.Add(edge, shape.Oriented(orientation))
+            self._builder.Range(edge, made.low, made.high)
+        self._edges[number] = edge
+        return edge
+
+    def _tolerate(self, vertex: Shape, away: float) -> None:
+        self.worst = max(self.worst, away)
+        if away > BRep_Tool.Tolerance_s(vertex):
+            self._builder.UpdateVertex(vertex, 1.01 * away + _LEAST)
+
+    def _on_face(self, number: int, edge: Shape, face: Shape, surface: Any, centre: FloatArray, outlined: Outlined) -> None:
+        """Put an edge's curve onto a face, unless the face is plane or the edge was there before."""
+        border = self.outline.borders[number]
+        if border.edge >= 0 and outlined.label in self.own.edges[border.edge].faces:
+            return
+        made = self._made(number)
+        count, away = _POINTS, np.inf
+        while True:
+            parameters = np.linspace(made.low, made.high, count)
+            found = places(surface, made.at(parameters))
+            if type(surface.Surface()).__name__ == "Geom_Plane":
+                flat, away = None, self._away(made, surface, parameters, found)
+                break
+            self._unwrap(found, surface.Surface(), centre)
+            flat = flat_curve(parameters, found)
+            middle = (parameters[1:] + parameters[:-1]) / 2
+            on_face = np.array([flat.Value(float(t)).Coord() for t in middle])
+            away = max(self._away(made, surface, parameters, found), self._away(made, surface, middle, on_face))
+            if away < _FINE or count >= _MOST:
+                break
+            count *= 2
+        self.worst = max(self.worst, away)
+        if away > EDGE:
+            raise InvalidMeshError(f"an edge is {away:.3g} mm away from its face")
+        if 1.05 * away + _LEAST > BRep_Tool.Tolerance_s(edge):
+            self._builder.UpdateEdge(edge, 1.05 * away + _LEAST)
+            for vertex in (border.start, border.end):
+                self._tolerate(self._vertex(vertex), 1.05 * away + _LEAST)
+        if flat is not None:
+            self._builder.UpdateEdge(edge, flat, face, _LEAST)
+
+    @staticmethod
+    def _away(made: Made, surface: Any, parameters: FloatArray, found: FloatArray) -> float:
+        """Largest distance between a curve and places (N, 2) of a surface."""
+        feet = np.array([surface.Value(float(u), float(v)).Coord() for u, v in found])
+        return float(np.linalg.norm(feet - made.at(parameters), axis=1).max())
+
+    @staticmethod
+    def _unwrap(found: FloatArray, geometry: Any, centre: FloatArray) -> None:
+        """Make places (N, 2) along an edge continuous where the surface is closed, in place."""
+        low_u, high_u, low_v, high_v = geometry.Bounds()
+        middle = len(found) // 2
+        closed = (geometry.IsUClosed(), geometry.IsVClosed())
+        for axis, period in ((0, high_u - low_u), (1, high_v - low_v)):
+            if not closed[axis]:
+                continue
+            column = found[:, axis]
+            steps = np.diff(column)
+            steps -= np.round(steps / period) * period
+            column[middle + 1 :] = column[middle] + np.cumsum(steps[middle:])
+            column[:middle] = column[middle] - np.cumsum(steps[:middle][::-1])[::-1]
+            column -= np.round((column[middle] - centre[axis]) / period) * period
+
+
+def _bounds(face: Shape) -> tuple[float, float, float, float]:
+    return BRepTools.UVBounds_s(face)  # type: ignore[no-any-return]
+
+
+def _nearest(points: FloatArray, place: FloatArray) -> FloatArray:
+    return np.asarray(points[int(np.linalg.norm(points - place, axis=1).argmin())])

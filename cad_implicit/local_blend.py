@@ -41,7 +41,7 @@ _MARGIN_RADII = 0.02
 _FINEST = 4.0
 
 #: How far free-form faces are continued, in radii.
-_REACH = 8.0
+REACH = 8.0
 
 #: Relative width at which the search for the largest radius ends.
 _RADIUS_FOUND = 1e-4
@@ -176,12 +176,12 @@ def blend_edges(
     smallest, largest = min(min(_range(choice)) for choice in choices), max(radii)
     h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance)
     progress("spines", 0.0)
-    faces = PartFaces(opened, _REACH * largest, found)
+    faces = PartFaces(opened, REACH * largest, found)
     margin = max(SPACINGS * h, _MARGIN_RADII * largest)
     mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
     distance = MeshDistance(mesh, threads=threads)
     try:
-        laid = _laid(choices, faces, found, margin, distance)
+        laid = lay_out(choices, faces, found, margin, distance)
     except RadiusError as error:
         fits = _fitting(choices, faces, found, margin)
         advice = f"; the largest radius for these edges is {fits * largest:.4g} mm" if fits > 0 else ""
@@ -219,14 +219,22 @@ def largest_radius(part: OpenPart, found: Sequence[Edge], choices: Sequence[Choi
     return size * _fitting(whole, faces, found, 0.0, strict=True)
 
 
-def _laid(
+def lay_out(
     choices: Sequence[Choice],
     faces: PartFaces,
     found: Sequence[Edge],
     margin: float,
     part: MeshDistance | None = None,
+    *,
     strict: bool = False,
 ) -> dict[str, Laid]:
+    """Regions of chosen edges, those of convex and of concave ones; parameters are those of :func:`layout.lay`.
+
+    Raises
+    ------
+    RadiusError
+        If a ball does not fit, or blends run into each other.
+    """
     single = [
         rail for kind in KINDS for rail in rails([choice for choice in choices if choice.edge.convexity == kind], faces)
     ]
@@ -252,7 +260,7 @@ def _fitting(
     while high - low > _RADIUS_FOUND * high and high > 1e-6:
         middle = (low + high) / 2 if low > 0 else high / 4
         try:
-            _laid([_scaled(choice, middle) for choice in choices], faces, found, margin * middle, strict=strict)
+            lay_out([_scaled(choice, middle) for choice in choices], faces, found, margin * middle, strict=strict)
         except RadiusError:
             high = middle
         else:

@@ -26,8 +26,11 @@ import numpy as np
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
 from cad_implicit.cad.parts import open_part
+from cad_implicit.choices import choose
 from cad_implicit.errors import RadiusError
-from cad_implicit.local_blend import blend_edges
+from cad_implicit.face_groups import PartFaces
+from cad_implicit.local_blend import REACH, blend_edges, lay_out
+from cad_implicit.strips import SPACINGS
 
 from .exact_blends import exact_blend
 from .local_checks import Worker, checked
@@ -122,8 +125,10 @@ def _unfit(part: OpenPart, numbers: Sequence[int], message: str) -> str:
     match = _REFUSAL.search(message)
     if match is None:
         return "names no edge or no largest radius: "
-    try:
-        blend_edges(part, 0.999 * float(match[1]), numbers, spacing=float(match[1]) / 2)
+    radius, found = 0.999 * float(match[1]), part_edges(part)
+    faces = PartFaces(part, REACH * radius, found)
+    try:  # where balls roll is all that matters: contouring a tiny radius would take long
+        lay_out(choose(part, found, numbers, radius), faces, found, SPACINGS * radius / _CELLS)
     except RadiusError as error:
         return f"the largest radius does not fit either ({error}): "
     return ""

@@ -52,8 +52,15 @@ _CLEAR = 0.005
 _VANISHING = 0.1
 _CLOSER = 14
 
+#: A strip that has come back towards the face at which it ends by this share of the radius stops: what two that go
+#: around a post in a corner have in common there.
+_BACK = 0.01
+
 #: Cuts matter up to where all of a strip is before the face by this share of the radius.
 _CLEARLY = 0.05
+
+#: Borders of strips along acute edges are shifted along the edge's bisector by the margin over half of this at most.
+_BLUNT = 0.2
 
 Which = Literal[0, 1]
 ENDS: tuple[Which, Which] = (0, 1)
@@ -262,6 +269,7 @@ class Layer:
             return (0.0 if which == 0 else self.rail.guide.length), Ending({}, faces)
         held = np.concatenate([rough.touching(), rough.edge[:, None]], axis=1)
         stop = len(outward) - 1
+        skin = held + self.margin * _out(rough.contacts)
         # mitres need the strips beyond the faces at which they are cut
         size = np.linalg.norm(held[inward[0], :2] - held[inward[0], 2:], axis=1).max()
         further = _MITRE * float(size) if len(vertex.ends) > 1 else 0.0
@@ -273,10 +281,26 @@ class Layer:
             beyond = np.flatnonzero((inside[outward] < -margin).all(axis=1))
             if len(beyond):
                 stop = min(stop, int(np.searchsorted(past, past[beyond[0]] + further)))
-            before = np.flatnonzero((inside[inward] > _CLEARLY * self.radius).all(axis=1))
+            else:
+                stop = min(stop, self._back(inside[outward]))
+            outer = side * support(skin.reshape(-1, 3))[0].reshape(-1, 3)
+            clear = np.minimum(inside, outer)[inward] > _CLEARLY * self.radius
+            before = np.flatnonzero(clear.all(axis=1))
             zone = inward[int(before[0])] if len(before) else inward[-1]
             cuts[cluster] = Cut(support, side, which, float(at[zone]), margin)
         return float(at[outward[stop]]), Ending(cuts, faces)
+
+    def _back(self, inside: FloatArray) -> int:
+        """Where a strip comes back that has never been beyond a face; what is there belongs to other edges.
+
+        Parameters
+        ----------
+        inside : (N, 3) float64
+            How far before the face, on the way from the end, it touches both faces, and the edge goes on.
+        """
+        most = inside.max(axis=1)
+        back = (inside[:, 2] < 0) & (most > np.minimum.accumulate(most) + _BACK * self.radius)
+        return int(np.argmax(back)) if back.any() else len(inside) - 1
 
     def _check(self, found: Spine) -> None:
         if not found.solved.all():
@@ -294,6 +318,18 @@ class Layer:
     def _names(self) -> str:
         numbers = self.rail.numbers
         return f"edge {numbers[0]}" if len(numbers) == 1 else f"edges {', '.join(map(str, numbers))}"
+
+
+def _out(normals: FloatArray) -> FloatArray:
+    """How the border of a strip is shifted (N, 3, 3) where it touches both faces, and between, by a margin of 1.
+
+    Parameters
+    ----------
+    normals : (N, 2, 3) float64
+        Of the faces.
+    """
+    between = normals.sum(axis=1) / np.maximum(1 + (normals[:, 0] * normals[:, 1]).sum(axis=1), _BLUNT)[:, None]
+    return np.concatenate([normals, between[:, None]], axis=1)
 
 
 def _scaled(law: Law, factor: float) -> Law:

@@ -76,6 +76,13 @@ def low_wall(height: float = 1.2) -> Any:
     return edge_parts.fused(cad_parts.box((30, 20, 8)), cad_parts.box((30, 10, 8 + height)))
 
 
+def post() -> Any:
+    """Post of radius 5.5 that runs into two walls, which are 4 from its axis and as high again."""
+    walls = edge_parts.fused(cad_parts.box((4, 20, 16), (4, -12, -10)), cad_parts.box((20, 4, 16), (-12, 4, -10)))
+    floor = cad_parts.box((20, 20, 3), (-12, -12, -10))
+    return edge_parts.fused(floor, walls, edge_parts.cylinder(5.5, 10, (0, 0, -10)))
+
+
 BASE = [(10.0, 0.0, 0.0), (-10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, -10.0, 0.0)]
 UPRIGHT = [(x, y, 7.5) for x in (-10.0, 10.0) for y in (-10.0, 10.0)]
 ENDS = [(32.0, 0.0, 14.0), (14.0, 0.0, 32.0)]
@@ -261,6 +268,24 @@ def test_low_wall_is_filled_to_its_top_border() -> None:
     assert np.ptp(x) == pytest.approx(30)
     assert z.min() == pytest.approx(8, abs=1e-2)
     assert z.max() == pytest.approx(9.2, abs=1e-2)
+
+
+def test_round_of_a_post_in_a_corner_stays_out_of_the_walls() -> None:
+    """The balls touch the top within 3.9 of the axis: they never get clear of the walls, at which both arcs end."""
+    part = cad_parts.moved(post())
+    arcs = [edge.number for edge in ci.edges(post(), "convex") if (np.hypot(*edge.points.T[:2]) < 5.51).all()]
+    assert len(arcs) == 2
+    blend = ci.round(part, 1.6, edges=arcs, spacing=0.4)
+    points = np.random.default_rng(3).uniform([-6, -6, -3], [7, 7, 2], (20000, 3))
+    x, y, z = points.T
+    rho = np.hypot(x, y)
+    inner, wall = np.minimum(5.5 - rho, -z), np.maximum(x, y) - 4
+    ring = np.minimum(np.hypot(rho - 3.9, z + 1.6) - 1.6, np.minimum(rho - 3.9, z + 1.6))
+    truth = np.maximum(np.minimum(inner, -ring), wall)
+    clear = np.abs(truth) > 0.01
+    zero = local(part, np.zeros((1, 3)))
+    value = blend(np.linalg.solve((local(part, np.eye(3)) - zero).T, (points - zero).T).T)
+    assert (value > 0)[clear].tolist() == (truth > 0)[clear].tolist()
 
 
 @pytest.mark.parametrize("concave", [False, True])

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .blend_surfaces import BlendSurface, CornerSurface, FlatSurface, StripSurface
+from .blend_surfaces import BlendSurface, CornerSurface, FlatSurface, StripPiece, StripSurface
 from .chamfers import Flat
 from .implicit import FloatArray
 from .layout import Laid
@@ -19,6 +19,10 @@ from .patches import Numbers, connected, opposite
 #: vertices are put onto surfaces to 0.02 spacings, triangles of a hundredth of that are as good as none.
 _ON = 0.1
 _FACING = 0.7
+
+#: Triangles that reach across a crease go to the surface that is nearest, within so many spacings, if no other fits.
+_ACROSS = 1.0
+_LAST = 10.0
 
 #: Weights of the normal, and of how far the middle is beyond the surface's borders, against the distance in spacings.
 _TURN = 0.2
@@ -62,7 +66,7 @@ def blend_surfaces(laid: dict[str, Laid]) -> list[Outward]:
     for kind, sign in (("convex", 1.0), ("concave", -1.0)):
         if kind not in laid:
             continue
-        own: list[BlendSurface] = [StripSurface(strip) for strip in laid[kind].plain]
+        own: list[BlendSurface] = [piece for strip in laid[kind].plain for piece in StripSurface(strip).pieces()]
         for ball in laid[kind].corners:
             box = np.stack([ball.centre - 1.01 * ball.radius, ball.centre + 1.01 * ball.radius])
             own.append(CornerSurface(ball.centre, ball.radius, ball.contacts, box))
@@ -132,8 +136,10 @@ def _cost(mesh: Mesh, triangles: NDArray[np.intp], surface: Outward, spacing: fl
     tiny = size < (0.01 * spacing) ** 2
     facing = np.where(tiny, 1.0, facing)
     good = (off < _ON) & (facing > _FACING)
+    across = ~good & (off < _ACROSS)
+    cost[some[across]] = _LAST + off[across] + _TURN * (1 - facing[across])
     cost[some[good]] = off[good] + _TURN * (1 - facing[good])
-    if isinstance(surface.surface, StripSurface | CornerSurface | FlatSurface) and good.any():
+    if isinstance(surface.surface, StripSurface | StripPiece | CornerSurface | FlatSurface) and good.any():
         beyond = surface.surface.beyond(mesh.vertices[corners[some[good]]].mean(axis=1))
         cost[some[good]] += _BEYOND * np.maximum(beyond, 0.0) / spacing
     return cost

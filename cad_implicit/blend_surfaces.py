@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .guides import hermite
@@ -21,6 +22,15 @@ from .strips import Strip
 #: error of spines (2e-6), and nothing beside what is asked of edges.
 _ALIKE = 1e-5
 
+#: A ball that moves by less than this share of its radius stands still, as in the end of a slot.
+_STILL = 1e-3
+
+#: Points between two ways that tell a primitive; stretches shorter than so many radii are like those before them; and
+#: strips of more stretches than this stay in one.
+_FEW = 9
+_SHORTEST = 1e-4
+_PIECES = 40
+
 #: Points of a rim that tell the nearest place, in radii, and rounds from there.
 _FINE = 0.05
 _MOST = 4000
@@ -28,6 +38,9 @@ _ROUNDS = 12
 
 #: Grids have so many points across: an arc of a right angle is a polynomial of one degree less within 1e-8 radii.
 _ACROSS = 9
+
+#: Angle in radians by which a rim turns in a piece of a grid at most: a cubic misses an arc by 3e-8 radii then.
+_PIECE = 0.06
 
 #: Grids go on beyond the rims by this share of their width, so that edges lie inside.
 _BEYOND = 0.04
@@ -141,6 +154,22 @@ class Arc:
         return np.arctan2(away @ self._across, away @ self._first)
 
 
+class Segment:
+    """Where a chamfer is cut across: a straight line, by the length."""
+
+    closed = False
+
+    def __init__(self, start: FloatArray, end: FloatArray) -> None:
+        self._start = start
+        self._along = (end - start) / np.linalg.norm(end - start)
+
+    def at(self, ways: FloatArray) -> FloatArray:
+        return self._start + np.asarray(ways)[:, None] * self._along
+
+    def way(self, points: FloatArray) -> FloatArray:
+        return (points - self._start) @ self._along
+
+
 class StripSurface:
     """The surface of a strip: of the ball that rolls, or of the chamfer."""
 
@@ -165,6 +194,14 @@ class StripSurface:
             return value, gradient
         return self.strip.value_and_gradient(points)
 
+    def section(self, way: float) -> Curve:
+        """Where the surface is cut across at a way."""
+        if not self.spine.ball:
+            return Segment(*self.place(np.array([way, way]), np.array([0.0, 1.0])))
+        centre = self._centres(np.array([way]))[0]
+        rims = self.place(np.array([way, way]), np.array([0.0, 1.0])) - centre
+        return Arc(centre, rims[0], rims[1])
+
     def beyond(self, points: FloatArray) -> FloatArray:
         far = np.full(len(points), -np.inf)
         if self.spine.ball:
@@ -181,13 +218,8 @@ class StripSurface:
 
     def place(self, ways: FloatArray, shares: FloatArray) -> FloatArray:
         """Points (N, 3) at ways (N,) along the spine and shares (N,) of the arc from the one rim to the other."""
-        x = np.mod(ways, self.length) if self.closed else np.asarray(ways)
-        piece = np.clip(np.searchsorted(self._ways, x, side="right") - 1, 0, len(self._ways) - 2)
-        span = self._ways[piece + 1] - self._ways[piece]
-        t = ((x - self._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
-        spine = self.spine
-        v, w = (span[:, None] * spine.tangents[piece + i] for i in (0, 1))
-        centre = hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
+        piece, span, t = self._parts(ways)
+        centre, spine = self._centres(ways), self.spine
         first, last = ((1 - t) * self._reaches[piece, i] + t * self._reaches[piece + 1, i] for i in (0, 1))
         sizes = np.linalg.norm(self._reaches, axis=2)
         if not spine.ball:
@@ -200,30 +232,68 @@ class StripSurface:
         return np.asarray(centre + radius * _turned(first, last, shares))
 
     def primitive(self) -> Primitive | None:
-        ways = self.fine_ways()
-        low, high = self.place(ways, np.zeros(len(ways))), self.place(ways, np.ones(len(ways)))
+        return self.primitive_between(0.0, self.length)
+
+    def primitive_between(self, start: float, end: float) -> Primitive | None:
+        """Surface in closed form from one way to another; None if it has none."""
+        fine = self.fine_ways()
+        ways = np.concatenate([fine[(fine > start) & (fine < end)], np.linspace(start, end, _FEW)])
         if not self.spine.ball:
-            return _flat(low, high, self.radius) or _cone(low, high, self.radius)
+            rims = [self.place(ways, np.full(len(ways), share)) for share in (0.0, 1.0)]
+            return _flat(*rims, self.radius) or _cone(*rims, self.radius)
         if float(np.ptp(self.spine.radius)) > _ALIKE * self.radius:
             return None
-        away, along = (low + high) / 2, self.spine.tangents
-        centres = self.spine.centres
-        if len(centres) < _ACROSS:
-            centres = _centres(self, ways)
+        centres = self._centres(ways)
         spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
-        if spread < 1e-3 * self.radius:  # a ball that stands still, as in the end of a slot
-            return Primitive("sphere", centres.mean(axis=0), along[0], self.radius)
+        if spread < _STILL * self.radius:
+            return Primitive("sphere", centres.mean(axis=0), self.spine.tangents[0], self.radius)
         line = _line(centres, self.radius)
         if line is not None:
             return Primitive("cylinder", centres.mean(axis=0), line, self.radius)
         circle = _circle(centres, self.radius)
-        del away
         return None if circle is None else Primitive("torus", circle[0], circle[1], self.radius, circle[2])
 
-    def grid(self, low: float, high: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Ways (M,), points (M, K, 3) of the surface there, and their derivatives by the way, a little beyond both.
+    def pieces(self) -> list[StripSurface | StripPiece]:
+        """The strip, or stretches of it that each are one primitive, and what is between these."""
+        if self.primitive() is not None:
+            return [self]
+        cuts: list[float] = [0.0]
+        known: list[bool] = []
+        for low, high in zip(self._ways[:-1].tolist(), self._ways[1:].tolist(), strict=True):
+            if high - low < _SHORTEST * self.radius:
+                good = bool(known) and known[-1]
+            else:
+                good = self.primitive_between(low, high) is not None
+            joined = known and good == known[-1]
+            if joined and good:
+                joined = self.primitive_between(cuts[-2], high) is not None
+            if joined:
+                cuts[-1] = high
+            else:
+                cuts.append(high)
+                known.append(good)
+        if len(known) == 1 or len(known) > _PIECES:
+            return [self]
+        return [StripPiece(self, low, high) for low, high in zip(cuts[:-1], cuts[1:], strict=True)]
 
-        The points lie at the Chebyshev nodes of the interval that :func:`across` gives.
+    def _parts(self, ways: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Pieces (N,) of the spine at ways along it, their lengths, and how far along them (N, 1) from 0 to 1."""
+        x = np.mod(ways, self.length) if self.closed else np.asarray(ways)
+        piece = np.clip(np.searchsorted(self._ways, x, side="right") - 1, 0, len(self._ways) - 2)
+        span = self._ways[piece + 1] - self._ways[piece]
+        return piece, span, ((x - self._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
+
+    def _centres(self, ways: FloatArray) -> FloatArray:
+        piece, span, t = self._parts(ways)
+        spine = self.spine
+        v, w = (span[:, None] * spine.tangents[piece + i] for i in (0, 1))
+        return hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
+
+    def grid(self, low: float, high: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Ways (M,) from one to another and a little beyond, points (M, K, 3) of the surface there, and its poles between.
+
+        These (M - 1, 2, K, 3) are the inner control points of cubics from each way to the next through two more points.
+        The points lie at the shares that :func:`across` gives.
         """
         width = high - low
         if self.closed:
@@ -234,16 +304,59 @@ class StripSurface:
             low, high = max(low - _BEYOND * width, 0.0), min(high + _BEYOND * width, self.length)
             inner = self._ways
         inner = inner[(inner > low + 1e-3 * width) & (inner < high - 1e-3 * width)]
-        ways = np.concatenate([[low], inner, [high]])
+        ways = self._finer(np.concatenate([[low], inner, [high]]))
         shares = across()
         each, share = (a.ravel() for a in np.meshgrid(ways, shares, indexing="ij"))
-        step = 1e-5 * self.length
-        down, up = each - step, each + step
-        if not self.closed:
-            down, up = np.maximum(down, 0.0), np.minimum(up, self.length)
-        slope = (self.place(up, share) - self.place(down, share)) / (up - down)[:, None]
+        # spans are told from their insides: where the spine bends anew, slopes before and after differ
+        span = np.diff(ways)[:, None]
+        inner = np.repeat(shares[None], len(span), axis=0)
         size = (len(ways), len(shares), 3)
-        return ways, self.place(each, share).reshape(size), slope.reshape(size)
+        found = self.place(each, share).reshape(size)
+        thirds = []
+        for part in (1 / 3, 2 / 3):
+            at = np.broadcast_to(ways[:-1, None] + part * span, inner.shape)
+            thirds.append(self.place(at.ravel(), inner.ravel()).reshape(len(span), len(shares), 3))
+        low_third, high_third = thirds
+        first, last = found[:-1], found[1:]
+        start = (-11 * first + 18 * low_third - 9 * high_third + 2 * last) / 2
+        end = (-2 * first + 9 * low_third - 18 * high_third + 11 * last) / 2
+        return ways, found, np.stack([first + start / 3, last - end / 3], axis=1)
+
+    def _finer(self, ways: FloatArray) -> FloatArray:
+        """Ways with others between, so that neither rim turns by more than an angle in a piece of the grid."""
+        counts = np.ones(len(ways) - 1, np.int64)
+        step = 1e-4 * (ways[1:] - ways[:-1])
+        for share in (0.0, 1.0):
+            shares = np.full(len(step), share)
+            starts = self.place(ways[:-1] + step, shares) - self.place(ways[:-1], shares)
+            ends = self.place(ways[1:], shares) - self.place(ways[1:] - step, shares)
+            sizes = np.maximum(np.linalg.norm(starts, axis=1) * np.linalg.norm(ends, axis=1), 1e-300)
+            turn = np.arccos(np.clip((starts * ends).sum(axis=1) / sizes, -1.0, 1.0))
+            counts = np.maximum(counts, np.ceil(turn / _PIECE).astype(np.int64))
+        pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ways, ways[1:], counts, strict=False)]
+        return np.concatenate([*pieces, ways[-1:]])
+
+
+class StripPiece:
+    """A stretch of the surface of a strip."""
+
+    closed = False
+
+    def __init__(self, whole: StripSurface, low: float, high: float) -> None:
+        self.whole, self.low, self.high = whole, low, high
+        self.length = high - low
+        self.box = whole.box
+        self.curves: list[Curve] = [*whole.curves[:2], *(whole.section(way) for way in (low, high))]
+
+    def value_and_gradient(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return self.whole.value_and_gradient(points)
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        way = self.whole.strip.evaluate(points)[2]
+        return np.maximum(self.whole.beyond(points), np.maximum(self.low - way, way - self.high))
+
+    def primitive(self) -> Primitive | None:
+        return self.whole.primitive_between(self.low, self.high)
 
 
 class CornerSurface:
@@ -296,15 +409,6 @@ def across() -> FloatArray:
     """Shares (K,) of the arc at which grids have points: Chebyshev's, from a little before 0 to a little beyond 1."""
     nodes = -np.cos((2 * np.arange(_ACROSS) + 1) * np.pi / (2 * _ACROSS))
     return np.asarray(0.5 + (0.5 + _BEYOND) * nodes / nodes[-1])
-
-
-def _centres(surface: StripSurface, ways: FloatArray) -> FloatArray:
-    spine = surface.spine
-    piece = np.clip(np.searchsorted(surface._ways, ways, side="right") - 1, 0, len(surface._ways) - 2)
-    span = surface._ways[piece + 1] - surface._ways[piece]
-    t = ((ways - surface._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
-    v, w = (span[:, None] * spine.tangents[piece + i] for i in (0, 1))
-    return hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
 
 
 def _turned(first: FloatArray, last: FloatArray, shares: FloatArray) -> FloatArray:
@@ -367,8 +471,3 @@ def _cone(low: FloatArray, high: FloatArray, size: float) -> Primitive | None:
     direction = along / height * np.sign(r1 - r0)
     apex = centre - direction * r0 * height / abs(r1 - r0)
     return Primitive("cone", apex, direction, float(np.arctan2(abs(r1 - r0), height)))
-
-
-def surfaces_of(strips: Sequence[Strip]) -> list[StripSurface]:
-    """Surfaces of strips."""
-    return [StripSurface(strip) for strip in strips]

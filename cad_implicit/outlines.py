@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 from scipy.spatial import cKDTree
 
 from .blend_labels import Faces, Outward
@@ -39,6 +40,9 @@ _STILL = 1e-9
 #: Borders whose ends come to lie within so many spacings of each other vanish, if they were no longer than:
 _POINT = 2e-3
 _TINY = 8.0
+
+#: Fewest and most points by which curves are made at which surfaces cross.
+_CROSSING = (9, 65)
 
 #: Rings are cut at these shares of their way.
 _CUTS = (0.21, 0.71)
@@ -387,21 +391,49 @@ class Outliner:
     ) -> Border:
         """Border where two surfaces cross, by the length of its polyline."""
         rough = np.concatenate([points[[start]], self._crossing_points(labels, inner), points[[end]]])
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rough, axis=0), axis=1))])
-        good = np.concatenate([[True], np.diff(length) > 1e-3 * self.h])
-        good[-1] = True
-        if len(good) > 2 and length[-1] - length[-2] <= 1e-3 * self.h:
-            good[-2] = len(good) == 2
-        rough, length = rough[good], length[good]
+        rough = self._onward(rough, labels)
+        if _lengths(rough)[-1] < _POINT * self.h:
+            return Border(start, end, _straight(rough[0], rough[-1]), np.array([0.0, 1.0]))
+        count = int(np.clip(len(rough), _CROSSING[0], _CROSSING[1]))
+        for degree in (1, 3):
+            length = _lengths(rough)
+            even = make_interp_spline(length, rough, k=degree)(np.linspace(0.0, length[-1], count))
+            even[1:-1] = self._crossing_points(labels, even[1:-1])
+            even[[0, -1]] = rough[[0, -1]]
+            rough = even
+        length = _lengths(rough)
+        spline = make_interp_spline(length, rough, k=3)
 
         def place(ways: FloatArray) -> FloatArray:
-            x = np.stack([np.interp(ways, length, rough[:, axis]) for axis in range(3)], axis=1)
+            x = np.asarray(spline(ways))
             inside = (ways > length[0]) & (ways < length[-1])
             if inside.any():
                 x[inside] = self._crossing_points(labels, x[inside])
             return x
 
-        return Border(start, end, place, length)
+        return Border(start, end, place, length[[0, -1]])
+
+    def _onward(self, points: FloatArray, labels: Sequence[int]) -> FloatArray:
+        """Leave out points that go back along the curve where two surfaces cross."""
+        n, m = (self.surface(label).value_and_normal(points)[1] for label in labels)
+        along = np.cross(n, m)
+        kept = [0]
+        last = len(points) - 1
+        for place in range(1, last):
+            step = points[place] - points[kept[-1]]
+            size = float(np.linalg.norm(step))
+            if size < 0.1 * self.h or np.linalg.norm(points[last] - points[place]) < 0.1 * self.h:
+                continue
+            ahead = along[place] + along[kept[-1]]
+            if abs(float(step @ ahead)) < 1e-12 or float(step @ ahead) * self._turn(points, along) > 0:
+                kept.append(place)
+        return np.asarray(points[[*kept, last]])
+
+    @staticmethod
+    def _turn(points: FloatArray, along: FloatArray) -> float:
+        """Whether a curve runs along its directions, as most of its pieces do."""
+        steps = np.diff(points, axis=0)
+        return float(np.sign(((along[1:] + along[:-1]) * steps).sum()) or 1.0)
 
     # --- topology
 
@@ -506,6 +538,17 @@ class Outliner:
             face.loops = [[one for one in loop if one[0] not in gone] for loop in face.loops]
             face.loops = [loop for loop in face.loops if loop]
         outline.faces = [face for face in outline.faces if face.loops]
+
+
+def _straight(start: FloatArray, end: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    def place(shares: FloatArray) -> FloatArray:
+        return start + np.asarray(shares)[:, None] * (end - start)
+
+    return place
+
+
+def _lengths(points: FloatArray) -> FloatArray:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
 def _period(curve: Curve) -> float | None:

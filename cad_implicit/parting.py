@@ -110,7 +110,7 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
     area = np.linalg.norm(mesh.face_vectors, axis=1)
     radius = min(float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain)
     chord = _CHORDS * blend.spacing**2 / radius * float(area[labels >= count].sum())
-    off = abs(occ.volume(shape) - mesh.volume)
+    off = abs(occ.volume(shape, _SHARE) - mesh.volume)
     if off > chord + _SHARE * mesh.volume:
         raise InvalidMeshError(f"its volume differs by {off:.3g} mm³ from that of the mesh")
     progress("solid", 1.0)

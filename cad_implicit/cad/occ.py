@@ -136,10 +136,13 @@ def _enclosed(shape: Shape) -> list[Shape]:
     return result
 
 
-def volume(shape: Shape) -> float:
-    """Exact volume in mm³."""
+def volume(shape: Shape, accuracy: float | None = None) -> float:
+    """Volume in mm³: by a fixed number of points on each face, or with a relative accuracy."""
     properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
+    if accuracy is None:
+        BRepGProp.VolumeProperties_s(shape, properties)
+    else:
+        BRepGProp.VolumeProperties_s(shape, properties, accuracy, False, False)
     return float(properties.Mass())
 
 

@@ -44,6 +44,9 @@ _STRAIGHT = 2e-7
 _SPLINE = 1e-6
 _FIRST, _MOST = 9, 600
 
+#: Pieces of a surface go on smoothly if that moves it by less than so many mm.
+_SMOOTH = 1e-7
+
 #: Curves of so many mm are lines whatever their points.
 _SHORT = 1e-4
 
@@ -169,27 +172,37 @@ def primitive_surface(primitive: Primitive, towards: FloatArray) -> Any:
     return Geom_ToroidalSurface(frame, primitive.ring, primitive.radius)
 
 
-def strip_surface(ways: FloatArray, points: FloatArray, slopes: FloatArray) -> Any:
-    """Spline surface through a grid: cubic pieces along (M), one polynomial across (K)."""
+def strip_surface(ways: FloatArray, points: FloatArray, between: FloatArray) -> Any:
+    """Spline surface of a grid: cubic pieces along (M), with inner control points (M - 1, 2), one polynomial across (K).
+
+    Where the pieces before and after a way go on smoothly they share a knot of multiplicity 2, else one of 3.
+    """
     count = points.shape[1]
     shares = across()
-    scaled = (shares - shares[0]) / (shares[-1] - shares[0])
-    basis = _bernstein(count - 1, scaled)
-    poles, turns = (np.linalg.solve(basis, np.moveaxis(grid, 1, 0).reshape(count, -1)) for grid in (points, slopes))
-    poles, turns = (np.moveaxis(a.reshape(count, len(ways), 3), 0, 1) for a in (poles, turns))
-    spans = np.diff(ways)[:, None, None]
-    rows = [poles[:1]]
-    rows += [np.stack([poles[:-1] + turns[:-1] * spans / 3, poles[1:] - turns[1:] * spans / 3], 1).reshape(-1, count, 3)]
-    rows += [poles[-1:]]
-    table = np.concatenate(rows)
+    basis = _bernstein(count - 1, (shares - shares[0]) / (shares[-1] - shares[0]))
+
+    def poles(grid: FloatArray) -> FloatArray:
+        flat = np.moveaxis(grid, -2, 0)
+        return np.moveaxis(np.linalg.solve(basis, flat.reshape(count, -1)).reshape(flat.shape), 0, -2)
+
+    knots, inner = poles(points), poles(between)
+    spans = np.diff(ways)
+    share = (spans[:-1] / (spans[:-1] + spans[1:]))[:, None, None]
+    middle = (1 - share) * inner[:-1, 1] + share * inner[1:, 0]
+    smooth = np.abs(middle - knots[1:-1]).max(axis=(1, 2)) < _SMOOTH
+    rows = [knots[0], inner[0, 0]]
+    for number, good in enumerate(smooth.tolist()):
+        rows += [inner[number, 1], *([] if good else [knots[number + 1]]), inner[number + 1, 0]]
+    table = np.stack([*rows, inner[-1, 1], knots[-1]])
     grid = _Grid(1, len(table), 1, count)
     for i, row in enumerate(table.tolist(), 1):
         for j, point in enumerate(row, 1):
             grid.SetValue(i, j, gp_Pnt(*point))
-    along = np.full(len(ways), 2)
-    along[[0, -1]] = 4
+    along = np.concatenate([[4], np.where(smooth, 2, 3), [4]])
     ends = np.array([count, count])
-    return Geom_BSplineSurface(grid, _reals(ways), _reals(np.array([0.0, 1.0])), _integers(along), _integers(ends), 3, count - 1)  # fmt: skip
+    return Geom_BSplineSurface(
+        grid, _reals(ways), _reals(np.array([0.0, 1.0])), _integers(along), _integers(ends), 3, count - 1
+    )
 
 
 def _bernstein(degree: int, at: FloatArray) -> FloatArray:

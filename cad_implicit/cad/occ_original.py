@@ -108,10 +108,12 @@ class ShapeTopology:
 
 
 def places(surface: Any, points: FloatArray) -> FloatArray:
-    """Parameters (N, 2) of the nearest places of a surface."""
+    """Parameters (N, 2) of the nearest places of a surface to points (N, 3) of a curve."""
     found = np.zeros((len(points), 2))
+    place = None
     for number, point in enumerate(points.tolist()):
-        place = surface.ValueOfUV(gp_Pnt(*point), 1e-7)
+        where = gp_Pnt(*point)
+        place = surface.ValueOfUV(where, 1e-7) if place is None else surface.NextValueOfUV(place, where, 1e-7)
         found[number] = place.X(), place.Y()
     return found
 

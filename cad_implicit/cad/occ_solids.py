@@ -15,7 +15,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
 from cad_implicit.blend_labels import Outward
-from cad_implicit.blend_surfaces import StripSurface
+from cad_implicit.blend_surfaces import StripPiece, StripSurface
 from cad_implicit.errors import InvalidMeshError
 from cad_implicit.implicit import FloatArray
 from cad_implicit.mesh import Mesh
@@ -49,6 +49,7 @@ class Builder:
         self._edges: dict[int, Shape] = {}
         self._geometry: dict[int, Made] = {}
         self.worst = 0.0
+        self.log = []  # DEBUG
 
     def solid(self) -> Shape:
         """Solid of all faces.
@@ -133,13 +134,15 @@ class Builder:
             low, high = float(unwrapped.min()), float(unwrapped.max())
             towards = surface.place(np.array([middle]), np.array([0.5]))[0]
         else:
-            low, high = 0.0, getattr(surface, "length", 0.0)
+            low = getattr(surface, "low", 0.0)
+            high = low + getattr(surface, "length", 0.0)
             towards = _nearest(middles, np.average(middles, axis=0))
         if primitive is not None:
             geometry = primitive_surface(primitive, towards)
         else:
-            assert isinstance(surface, StripSurface)
-            geometry = strip_surface(*surface.grid(low, high))
+            whole = surface.whole if isinstance(surface, StripPiece) else surface
+            assert isinstance(whole, StripSurface)
+            geometry = strip_surface(*whole.grid(low, high))
         made = TopoDS_Face()
         self._builder.MakeFace(made, geometry, TopLoc_Location(), _LEAST)
         look = ShapeAnalysis_Surface(geometry)
@@ -285,6 +288,7 @@ class Builder:
                 break
             count *= 2
         self.worst = max(self.worst, away)
+        self.log.append((away, number, outlined.label, [f.label for f in self.outline.faces for lp in f.loops for n,_ in lp if n==number], border.edge, self._made(number).at(np.array([made.low,made.high])).tolist(), type(made.geometry).__name__, len(border.knots)))  # DEBUG
         if away > EDGE:
             raise InvalidMeshError(f"an edge is {away:.3g} mm away from its face")
         if 1.05 * away + _LEAST > BRep_Tool.Tolerance_s(edge):

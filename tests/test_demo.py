@@ -39,21 +39,3 @@ def test_picture(tmp_path: Path) -> None:
     for half in (pixels[:, :700], pixels[:, 700:]):
         covered = (half.min(axis=2) < 0.95).mean()
         assert 0.1 < covered < 0.8
-
-
-@pytest.mark.host
-def test_exact_fillet_in_a_child_process() -> None:
-    pytest.importorskip("OCP")
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
-    from cad_implicit.cad.occ_fillet import edges_by_kind, exact_fillet
-
-    box = BRepPrimAPI_MakeBox(10, 10, 10).Solid()
-    assert (len(edges_by_kind(box, "convex")), len(edges_by_kind(box, "concave"))) == (12, 0)
-    rounded = exact_fillet(box, 2, "convex")
-    assert (rounded.status, rounded.edges) == ("ok", 12)
-    assert ci.to_mesh(rounded.shape, tolerance=0.001).volume == pytest.approx(907.70, abs=0.2)
-    assert exact_fillet(box, 5, "convex").status in ("not done", "invalid", "crash")
-    nothing = exact_fillet(box, 1, "concave")
-    assert (nothing.status, nothing.message) == ("not done", "the part has no concave edges")
-    assert exact_fillet(box, 1, "convex", time_limit=0.01).status == "time out"

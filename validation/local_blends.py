@@ -18,10 +18,10 @@ import numpy as np
 
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
+from cad_implicit.cad.occ_exact import Blend, Size, exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.mesh import Mesh
 
-from .exact_blends import Blend, Size, exact_blend
 from .local_checks import Worker, numbers_in
 from .local_parts import Triple, sizes_of, turned_by
 from .local_triples import NAMED, TRIPLES
@@ -115,7 +115,7 @@ def perform(index: int, triple: Triple) -> Outcome:
     is_blend = np.zeros(len(surfaces.shapes), np.bool_)
     is_blend[np.array(exact.blend) - 1] = True
     found = errors(mesh, surfaces, is_blend, spacing, radius, exact.after)
-    kind = "spline" if "bspline" in exact.kinds else "exact"
+    kind = "spline" if "bspline" in surfaces.names[is_blend] else "exact"
     faults = [] if mesh.is_watertight else ["open"]
     manifold = manifold_status(mesh)
     faults += [manifold] if manifold != "NoError" else []

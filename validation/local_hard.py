@@ -20,6 +20,7 @@ from pathlib import Path
 import cadquery as cq
 
 from cad_implicit.cad.edges import Edge, part_edges
+from cad_implicit.cad.occ_exact import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.contouring import contour
 from cad_implicit.errors import CadImplicitError, RadiusError
@@ -28,7 +29,6 @@ from cad_implicit.report.picture import render
 
 from . import cases
 from . import local_parts as parts
-from .exact_blends import exact_blend
 from .local_checks import Checked, Worker, checked, numbers_in
 from .local_parts import Chosen, chosen_edges
 from .parts import solid

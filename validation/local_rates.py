@@ -25,6 +25,7 @@ import numpy as np
 
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
+from cad_implicit.cad.occ_exact import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.choices import choose
 from cad_implicit.errors import RadiusError
@@ -32,7 +33,6 @@ from cad_implicit.face_groups import PartFaces
 from cad_implicit.local_blend import REACH, blend_edges, lay_out
 from cad_implicit.strips import SPACINGS
 
-from .exact_blends import exact_blend
 from .local_checks import Worker, checked
 from .local_parts import turned_by
 from .local_solids import SOLIDS

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cad_implicit.cad.occ import as_face
+from cad_implicit.cad.occ_edges import type_name
 from cad_implicit.cad.occ_faces import all_faces, face_distance
 from cad_implicit.cad.occ_mesh import tessellate
 from cad_implicit.comparison import surface_samples
@@ -15,8 +17,6 @@ from cad_implicit.distance import MeshDistance
 from cad_implicit.faces import FaceDistance
 from cad_implicit.implicit import FloatArray
 from cad_implicit.mesh import Mesh
-
-from .exact_blends import surface_name
 
 Mask = NDArray[np.bool_]
 
@@ -176,3 +176,10 @@ def errors(mesh: Mesh, surfaces: Surfaces, blend: Mask, spacing: float, radius: 
         volume=mesh.volume / volume - 1,
         volume_limit=1e-4 + 0.2 * spacing**2 * bend / volume,
     )
+
+
+def surface_name(face: Any) -> str:
+    """Name of the type of a face's surface."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+
+    return type_name(BRepAdaptor_Surface(as_face(face), False).GetType())

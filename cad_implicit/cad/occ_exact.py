@@ -1,22 +1,27 @@
-"""The exact kernel's blends along chosen edges, in a child process: what local blends are compared with.
+"""The exact kernel's own fillets and chamfers, in a child process, because it can crash the process or never end.
 
-Run as ``python -m validation.exact_blends IN.brep JOB.json OUT.brep``; prints one JSON object.
+"No exception" is not success: a result counts if the kernel's check finds it valid, its volume is positive and changed
+in the right direction, and its triangles are closed.
+
+Run as ``python -m cad_implicit.cad.occ_exact IN.brep JOB.json OUT.brep``; prints one JSON object.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from cad_implicit.cad import occ
+import cad_implicit
+
+from . import occ
 
 Blend = Literal["fillet", "chamfer"]
 
@@ -34,15 +39,17 @@ class ExactBlend:
 
     Attributes
     ----------
-    status : "ok", "not done", "invalid", "crash" or "time out"
+    status : "ok", "not done", "invalid", "crash", "time out" or "not tried"
+    seconds : float
+        Wall time.
     before, after : float
         Volumes in mm³.
+    tolerance : float
+        Largest gap in mm that the kernel knows of between the faces, edges and vertices of the result.
     shape : TopoDS_Shape or None
         The result, if ``status`` is "ok".
     blend : tuple of int
         Numbers in the result, from 1, of the faces that are new.
-    kinds : dict of str to int
-        How many of these are cylinders, tori and so on.
     message : str
         What the kernel said otherwise.
     """
@@ -51,14 +58,14 @@ class ExactBlend:
     seconds: float
     before: float = 0.0
     after: float = 0.0
+    tolerance: float = 0.0
     shape: Any = None
     blend: tuple[int, ...] = ()
-    kinds: Mapping[str, int] = field(default_factory=dict)
     message: str = ""
 
     @property
     def ok(self) -> bool:
-        """Whether there is a valid result."""
+        """Whether there is a sound result."""
         return self.status == "ok"
 
     @property
@@ -73,16 +80,22 @@ def exact_blend(
     """Blend some edges of a ``TopoDS_Shape``, numbered from 1 as ``TopExp::MapShapes`` does, in a child process.
 
     The kernel goes on along tangent edges by itself. A chamfer's lengths are measured on the faces on the left and the
-    right of the edge, as :class:`cad_implicit.cad.edges.Edge` tells them.
+    right of the edge, as :class:`cad_implicit.cad.edges.Edge` tells them. Starting the process takes about 2 s.
     """
     start = time.perf_counter()
+    if not sizes:
+        return ExactBlend("not done", 0.0, message="there are no edges to blend")
+    if getattr(sys, "frozen", False) or not sys.executable:
+        return ExactBlend("not tried", 0.0, message="this program has no Python interpreter for a child process")
     with tempfile.TemporaryDirectory() as folder:
         source, job, target = (Path(folder, name) for name in ("in.brep", "job.json", "out.brep"))
-        write_brep(shape, source)
+        occ.write_brep(shape, source)
         job.write_text(json.dumps({"blend": blend, "sizes": list(sizes.items())}))
         command = [sys.executable, "-m", __name__, str(source), str(job), str(target)]
         try:
-            child = subprocess.run(command, capture_output=True, text=True, timeout=time_limit, check=False)
+            child = subprocess.run(
+                command, capture_output=True, text=True, timeout=time_limit, check=False, env=_environment()
+            )
         except subprocess.TimeoutExpired:
             return ExactBlend("time out", time_limit, message=f"no answer within {time_limit:g} s")
         seconds = time.perf_counter() - start
@@ -91,30 +104,17 @@ def exact_blend(
         except (IndexError, ValueError):
             return ExactBlend("crash", seconds, message=f"the process ended with code {child.returncode}")
         answer["blend"] = tuple(answer.get("blend", ()))
-        return ExactBlend(**answer, seconds=seconds, shape=read_brep(target) if answer["status"] == "ok" else None)
+        return ExactBlend(**answer, seconds=seconds, shape=occ.read_brep(target) if answer["status"] == "ok" else None)
 
 
-def write_brep(shape: Any, path: Path) -> None:
-    """Write a shape in the kernel's own format."""
-    from OCP.BRepTools import BRepTools
-
-    BRepTools.Write_s(shape, str(path))
-
-
-def read_brep(path: Path) -> Any:
-    """Read a shape in the kernel's own format."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepTools import BRepTools
-    from OCP.TopoDS import TopoDS_Shape
-
-    shape = TopoDS_Shape()
-    BRepTools.Read_s(shape, str(path), BRep_Builder())
-    return shape
+def _environment() -> dict[str, str]:
+    """Environment in which the child finds this very package."""
+    here = str(Path(cad_implicit.__file__).parents[1])
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH")]))}
 
 
 def blended(shape: Any, sizes: Mapping[int, Size], blend: Blend) -> tuple[dict[str, Any], Any]:
     """Blend in this process: the answer for the parent, and the shape."""
-    from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_VERTEX
 
     edges = occ.shape_map(shape, TopAbs_EDGE)
@@ -128,11 +128,10 @@ def blended(shape: Any, sizes: Mapping[int, Size], blend: Blend) -> tuple[dict[s
         result = maker.Shape()
     except Exception as error:  # OCP raises its own classes, all derived from Exception
         return answer | {"message": str(error) or type(error).__name__}, None
-    if not BRepCheck_Analyzer(result).IsValid():
-        return answer | {"status": "invalid", "message": "the result is not a valid solid"}, None
     after = occ.volume(result)
-    if after <= 0:
-        return answer | {"status": "invalid", "message": f"the volume is {after:.6g} mm³"}, None
+    fault = _fault(result, before, after, _direction(shape, sizes))
+    if fault:
+        return answer | {"status": "invalid", "after": after, "message": fault}, None
     numbers = occ.shape_map(result, TopAbs_FACE)
     new = {
         numbers.FindIndex(face)
@@ -140,18 +139,36 @@ def blended(shape: Any, sizes: Mapping[int, Size], blend: Blend) -> tuple[dict[s
         for source in occ.distinct(shape, kind)
         for face in maker.Generated(source)
     }
-    blend_faces = sorted(new - {0})
-    kinds = Counter(surface_name(numbers.FindKey(number)) for number in blend_faces)
-    return answer | {"status": "ok", "after": after, "blend": blend_faces, "kinds": dict(kinds)}, result
+    answer |= {"after": after, "tolerance": _tolerance(result), "blend": sorted(new - {0})}
+    return answer | {"status": "ok"}, result
 
 
-def surface_name(face: Any) -> str:
-    """Name of the type of a face's surface."""
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
+def _fault(result: Any, before: float, after: float, direction: int) -> str:
+    """Tell what is wrong with a result, if anything."""
+    from .occ_mesh import tessellate
 
-    from cad_implicit.cad.occ_edges import type_name
+    if not occ.is_valid(result) or not occ.has_solid(result):
+        return "the result is not a valid solid"
+    if after <= 0:
+        return f"the volume is {after:.6g} mm³"
+    if (after - before) * direction < 0 or (direction and after == before):
+        return f"the volume changed the wrong way, from {before:.6g} to {after:.6g} mm³"
+    mesh, _ = tessellate(occ.solids(result))
+    return "" if mesh.is_watertight else f"its surface is not closed: {mesh.open_edges} edges of its triangles are open"
 
-    return type_name(BRepAdaptor_Surface(occ.as_face(face), False).GetType())
+
+def _direction(shape: Any, numbers: Mapping[int, Size]) -> int:
+    """Sign of the change of volume that blends of these edges make; 0 if some are convex and others concave."""
+    from .occ_edges import shape_edges
+
+    kinds = {edge.convexity for edge in shape_edges(shape) if edge.number in numbers}
+    return {frozenset({"convex"}): -1, frozenset({"concave"}): 1}.get(frozenset(kinds), 0)
+
+
+def _tolerance(shape: Any) -> float:
+    from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
+
+    return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
 
 
 def _fillets(shape: Any, edges: Mapping[int, Any], sizes: Mapping[int, Size]) -> Any:
@@ -170,8 +187,8 @@ def _fillets(shape: Any, edges: Mapping[int, Any], sizes: Mapping[int, Size]) ->
 def _chamfers(shape: Any, edges: Mapping[int, Any], sizes: Mapping[int, Size]) -> Any:
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer
 
-    from cad_implicit.cad.occ_edges import shape_edges
-    from cad_implicit.cad.occ_faces import all_faces
+    from .occ_edges import shape_edges
+    from .occ_faces import all_faces
 
     faces = all_faces(shape)
     left = {edge.number: faces[edge.faces[0] - 1] for edge in shape_edges(shape) if edge.faces}
@@ -185,14 +202,15 @@ def _chamfers(shape: Any, edges: Mapping[int, Any], sizes: Mapping[int, Size]) -
     return maker
 
 
-def _main(source: str, job: str, target: str) -> None:
-    task = json.loads(Path(job).read_text())
+def _main(arguments: Sequence[str]) -> None:
+    source, job, target = map(Path, arguments)
+    task = json.loads(job.read_text())
     sizes = {int(number): tuple(size) if isinstance(size, list) else size for number, size in task["sizes"]}
-    answer, result = blended(read_brep(Path(source)), sizes, task["blend"])
+    answer, result = blended(occ.read_brep(source), sizes, task["blend"])
     if result is not None:
-        write_brep(result, Path(target))
-    print(json.dumps(answer))
+        occ.write_brep(result, target)
+    sys.stdout.write(json.dumps(answer) + "\n")
 
 
 if __name__ == "__main__":
-    _main(*sys.argv[1:])
+    _main(sys.argv[1:])

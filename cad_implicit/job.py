@@ -9,6 +9,8 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from . import ops, shelling, sizing
 from .cad import open_part
 from .choices import Edges
@@ -31,6 +33,15 @@ LOST_VOLUME_LIMIT = 0.5
 #: What the amount of an operation is, where it is no radius.
 _AMOUNTS = {"offset": "the offset's amount", "shell": "the wall's thickness", "infill": "the wall's thickness"}
 
+#: What is told of a global blend that changed nothing.
+_UNCHANGED = {
+    "fillet": "the fillet changed nothing: without chosen edges it fills concave edges, and the part has none that a "
+    "ball of {radius:g} mm does not reach into; use round for its convex edges, or smooth for both",
+    "round": "the rounding changed nothing: without chosen edges it rounds convex edges, and a ball of {radius:g} mm "
+    "reaches into all of the part; use fillet for its concave edges, or smooth for both",
+    "smooth": "the smoothing changed nothing: a ball of {radius:g} mm reaches everywhere within and around the part",
+}
+
 #: Operations by name.
 OPERATIONS = ("fillet", "round", "smooth", "offset", "shell", "infill", "chamfer")
 
@@ -47,6 +58,8 @@ def run(
     side: shelling.Side = "inward",
     open: str | None = None,
     cell: float | None = None,
+    kind: shelling.Filling = "gyroid",
+    skin: float | None = None,
     spacing: float | None = None,
     tolerance: float | None = None,
     engine: Engine = "exact",
@@ -74,7 +87,7 @@ def run(
         Second length of a chamfer in mm.
     side, open
         Of a shell; see :func:`cad_implicit.shell`.
-    cell : float, optional
+    cell, kind, skin
         Of an infill, in mm; see :func:`cad_implicit.infill`.
     spacing, tolerance : float, optional
         At most one of them, in mm.
@@ -135,7 +148,7 @@ def run(
             leak = leaks(before, force=force)
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
-            function, options = _function(operation, side, open, cell)
+            function, options = _function(operation, side, open, cell, kind, skin)
             part_distance = MeshDistance(before, sign="winding" if leak else "auto", threads=threads)
             result = function(
                 part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress, **options
@@ -148,6 +161,8 @@ def run(
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
             notes = leak + thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
+            if not leak and _unchanged(operation, part_distance, mesh, h, engine):
+                notes.append(_UNCHANGED[operation].format(radius=amount))
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
@@ -156,7 +171,12 @@ def run(
 
 
 def _function(
-    operation: str, side: shelling.Side, open: str | None, cell: float | None
+    operation: str,
+    side: shelling.Side,
+    open: str | None,
+    cell: float | None,
+    kind: shelling.Filling,
+    skin: float | None,
 ) -> tuple[Callable[..., Implicit], dict[str, Any]]:
     """Give the function of an operation, and what it takes besides an amount."""
     if operation == "shell":
@@ -164,7 +184,7 @@ def _function(
     if operation == "infill":
         if cell is None:
             raise ValueError("an infill needs the size of its cells in mm")
-        return _infill, {"cell": cell}
+        return _infill, {"cell": cell, "kind": kind, "skin": skin}
     return (ops.offset if operation == "offset" else ops.BLENDS[operation]), {}
 
 
@@ -194,6 +214,14 @@ def _check_local(
 
 def _infill(part: Implicit, wall: float, *, cell: float, **options: Any) -> Implicit:
     return shelling.infill(part, cell, wall, **options)
+
+
+def _unchanged(operation: str, part: MeshDistance, after: Mesh, spacing: float, engine: Engine) -> bool:
+    """Whether a global blend left the surface where it was, but for what facets take."""
+    if operation not in _UNCHANGED or engine != "exact":
+        return False
+    facets = sizing.TESSELLATION_PER_SPACING[engine] * spacing
+    return bool(np.abs(part(after.vertices)).max() <= facets)
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:

@@ -1,0 +1,193 @@
+"""Solid jobs: from a solid of a host to a solid that goes on in CAD, with what is known of it.
+
+What the front ends of CadQuery and build123d share. A job is run as by :func:`cad_implicit.run`, so that it is checked
+and has an error bound; its result becomes a solid by :func:`cad_implicit.to_part`.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+
+from .cad import OpenPart
+from .cad.edges import Edge, part_edges
+from .cad.solids import SolidPart
+from .choices import Edges
+from .errors import CadImplicitError, GeometryWarning, OpenMeshError
+from .job import run
+from .local_blend import LocalBlend
+from .parallel import Progress, no_progress
+from .parting import to_part
+from .rails import Radius
+
+_PACKAGE = str(Path(__file__).parent)
+
+
+class Options(TypedDict, total=False):
+    """What all operations take.
+
+    Attributes
+    ----------
+    spacing, tolerance : float
+        Grid spacing, or largest accepted error, in mm; at most one of them.
+    simplify : float
+        Merge triangles of the result within so many mm.
+    force : bool
+        Go past refusals (most of the part is lost, too many triangles), never past memory.
+    threads : int
+        Default: all cores.
+    progress : callable
+        Called as ``progress(stage, fraction)``; may raise to cancel.
+    """
+
+    spacing: float | None
+    tolerance: float | None
+    simplify: float | None
+    force: bool
+    threads: int | None
+    progress: Progress
+
+
+class BlendOptions(Options, total=False):
+    """What fillets, rounds and chamfers take, besides.
+
+    Attributes
+    ----------
+    tangent : bool
+        Whether edges that go on smoothly from the chosen ones are worked on, too; they are by default.
+    """
+
+    tangent: bool
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """How a solid came about.
+
+    Attributes
+    ----------
+    engine : "exact kernel" or "implicit"
+    reason : str
+        Why the exact kernel's result was not taken, if it was asked.
+    error_bound : float or None
+        Largest expected distance in mm to the true result; of the exact kernel the largest gap that it knows of. None
+        if the part was not closed, so that nothing can be said.
+    exact_share : float
+        Share of the surface's area, from 0 to 1, that lies on surfaces of the part or of blends; the rest is facets.
+    facets : str
+        Why there are facets where there might be none.
+    """
+
+    engine: Literal["exact kernel", "implicit"]
+    reason: str
+    error_bound: float | None
+    exact_share: float
+    facets: str = ""
+
+
+def worked(part: OpenPart, operation: str, amount: Any, **what: Any) -> tuple[SolidPart, Provenance]:
+    """Do one operation on a part; what it takes is what :func:`cad_implicit.run` takes.
+
+    A part that is not closed is worked on all the same, by winding numbers, with a warning.
+
+    Raises
+    ------
+    CadImplicitError
+        As :func:`cad_implicit.run` and :func:`cad_implicit.to_part` do.
+
+    Warns
+    -----
+    GeometryWarning
+        Of all that differs from what a user may expect.
+    """
+    simplify = what.pop("simplify", None)
+    of_mesh = simplify if what.get("edges") is None else None  # surfaces of local blends are told from all triangles
+    try:
+        outcome = run(part, operation, amount, simplify=of_mesh, **what)
+    except OpenMeshError:
+        outcome = run(part, operation, amount, simplify=of_mesh, **{**what, "force": True})
+    for note in outcome.warnings:
+        warnings.warn(note, GeometryWarning, stacklevel=_user())
+    own = {key: what[key] for key in ("threads", "progress") if key in what}
+    local = isinstance(outcome.shape, LocalBlend)
+    solid = to_part(outcome.shape, mesh=outcome.mesh, name=part.name, tolerance=simplify if local else None, **own)
+    bound = outcome.error_bound
+    if bound is not None and local and solid.facets:
+        bound += simplify or 0.0
+    return solid, Provenance("implicit", "", bound, solid.exact_share, solid.why)
+
+
+def _user() -> int:
+    """Level of the stack, for :func:`warnings.warn` in the caller, at which the package was called."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    return level
+
+
+def safely_filleted(
+    part: OpenPart, radius: Radius | None, edges: Edges, *, time_limit: float | None = None, **what: Any
+) -> tuple[SolidPart, Provenance]:
+    """Fillet chosen edges by the exact kernel; where it fails, by this package.
+
+    Parameters
+    ----------
+    part : OpenPart
+    radius, edges
+        As for :func:`cad_implicit.fillet`.
+    time_limit : float, optional
+        Seconds that the exact kernel may take.
+
+    Raises
+    ------
+    CadImplicitError
+        If neither can; with a note on what the kernel said.
+    """
+    from .cad import occ
+    from .cad.occ_exact import TIME_LIMIT, exact_blend
+    from .choices import choose
+
+    limit = TIME_LIMIT if time_limit is None else time_limit
+    what.get("progress", no_progress)("exact kernel", 0.0)
+    found = part_edges(part)
+    chosen = choose(part, found, edges, radius, tangent=False)
+    sizes = {choice.edge.number: choice.radius for choice in chosen}
+    reason = _unfit(found, sizes)
+    if not reason:
+        exact = exact_blend(part.shape, {n: float(r) for n, r in sizes.items()}, time_limit=limit)  # type: ignore[arg-type]
+        if exact.ok:
+            shape = occ.compound(occ.solids(exact.shape))
+            area = occ.area(shape)
+            solid = SolidPart(shape, part.name, area, area, occ.count_faces(shape), 0)
+            return solid, Provenance("exact kernel", "", exact.tolerance, 1.0)
+        reason = f"{exact.status}: {exact.message}" if exact.message else exact.status
+    what.get("progress", no_progress)("exact kernel", 1.0)
+    try:
+        solid, provenance = worked(part, "fillet", radius, edges=edges, **what)
+    except CadImplicitError as error:
+        error.add_note(f"The exact kernel was asked first: {reason}")
+        raise
+    return solid, replace(provenance, reason=reason)
+
+
+def _unfit(found: Sequence[Edge], sizes: Mapping[int, Radius]) -> str:
+    """Tell why the exact kernel is not asked, if it is not: it lays one radius along all edges that go on smoothly."""
+    if not all(isinstance(radius, float | int | np.number) for radius in sizes.values()):
+        return "not tried: the radius varies along an edge"
+    chain = {edge.number: edge.chain for edge in found}
+    radii: dict[int, Radius] = {}
+    for number, radius in sizes.items():
+        if radii.setdefault(chain[number], radius) != radius:
+            return "not tried: edges that go on smoothly have radii of their own"
+    return ""
+
+
+def blendable(found: Sequence[Edge]) -> list[int]:
+    """Numbers of all edges that can be blended."""
+    return [edge.number for edge in found if edge.convexity in ("convex", "concave", "mixed")]

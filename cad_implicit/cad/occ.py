@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,12 +25,11 @@ try:
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
-    from OCP.BRepTools import BRepTools
     from OCP.GProp import GProp_GProps
     from OCP.Message import Message
     from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
     from OCP.TopExp import TopExp, TopExp_Explorer
-    from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape, TopoDS_Solid
+    from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Solid
 except ImportError as error:
     raise MissingHostError(
         f"B-rep parts (STEP, BREP, CadQuery, build123d) need OCP, and it cannot be imported ({error}); it comes with "
@@ -223,15 +221,3 @@ def distinct(shape: Shape, kind: Any) -> Iterator[Shape]:
     """Distinct sub-shapes of a kind in the order of :func:`shape_map`."""
     found = shape_map(shape, kind)
     return (found.FindKey(i) for i in range(1, found.Extent() + 1))
-
-
-def write_brep(shape: Shape, path: Path) -> None:
-    """Write a shape in the kernel's own format."""
-    BRepTools.Write_s(shape, str(path))
-
-
-def read_brep(path: Path) -> Shape:
-    """Read a shape in the kernel's own format."""
-    shape = TopoDS_Shape()
-    BRepTools.Read_s(shape, str(path), BRep_Builder())
-    return shape

@@ -89,7 +89,7 @@ def exact_blend(
         return ExactBlend("not tried", 0.0, message="this program has no Python interpreter for a child process")
     with tempfile.TemporaryDirectory() as folder:
         source, job, target = (Path(folder, name) for name in ("in.brep", "job.json", "out.brep"))
-        occ.write_brep(shape, source)
+        _write(shape, source)
         job.write_text(json.dumps({"blend": blend, "sizes": list(sizes.items())}))
         command = [sys.executable, "-m", __name__, str(source), str(job), str(target)]
         try:
@@ -104,7 +104,7 @@ def exact_blend(
         except (IndexError, ValueError):
             return ExactBlend("crash", seconds, message=f"the process ended with code {child.returncode}")
         answer["blend"] = tuple(answer.get("blend", ()))
-        return ExactBlend(**answer, seconds=seconds, shape=occ.read_brep(target) if answer["status"] == "ok" else None)
+        return ExactBlend(**answer, seconds=seconds, shape=_read(target) if answer["status"] == "ok" else None)
 
 
 def _environment() -> dict[str, str]:
@@ -202,13 +202,29 @@ def _chamfers(shape: Any, edges: Mapping[int, Any], sizes: Mapping[int, Size]) -
     return maker
 
 
+def _write(shape: Any, path: Path) -> None:
+    from OCP.BRepTools import BRepTools
+
+    BRepTools.Write_s(shape, str(path))
+
+
+def _read(path: Path) -> Any:
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepTools import BRepTools
+    from OCP.TopoDS import TopoDS_Shape
+
+    shape = TopoDS_Shape()
+    BRepTools.Read_s(shape, str(path), BRep_Builder())
+    return shape
+
+
 def _main(arguments: Sequence[str]) -> None:
     source, job, target = map(Path, arguments)
     task = json.loads(job.read_text())
     sizes = {int(number): tuple(size) if isinstance(size, list) else size for number, size in task["sizes"]}
-    answer, result = blended(occ.read_brep(source), sizes, task["blend"])
+    answer, result = blended(_read(source), sizes, task["blend"])
     if result is not None:
-        occ.write_brep(result, target)
+        _write(result, target)
     sys.stdout.write(json.dumps(answer) + "\n")
 
 

@@ -26,6 +26,8 @@ from cad_implicit.implicit import FloatArray
 _POLYLINE = 1e-5
 #: Steps of Newton's method, and how near in radii the result must be to count.
 _STEPS, _SOLVED = 25, 1e-6
+#: Nearer than this in radii nothing more is gained; determinant of slopes above which their equations are solved.
+_DONE, _REGULAR = 1e-11, 1e-4
 #: How far in radii, beside what the angle asks for, points are that belong to an edge.
 _REACH = 1.5
 #: A point whose defect is below this, in radii, is not asked about again.
@@ -107,17 +109,16 @@ class Contacts:
             near = np.flatnonzero(np.linalg.norm(points - place, axis=1) < 4 * radius)
             for number in numbers:
                 self._take(best, by, near, "end", np.abs(self._faces.face(number)(points[near])))
-        for number, radius in self.radii.items():
-            edge = self.edges[number]
-            near, foot = self._near(edge, radius, points)
-            if not len(near):
-                continue
-            for name, sides in self._pairs(edge):
-                open_ = best[near] > _PLAIN * radius
-                near, foot = near[open_], foot[open_]
-                if not len(near):
-                    break
-                self._take(best, by, near, name, self._rolled(points[near], edge, foot, radius, sides))
+        for pairs in (self._plain, self._others):  # most points are explained by the first
+            for number, radius in self.radii.items():
+                edge = self.edges[number]
+                near, foot = self._near(edge, radius, points)
+                for name, sides in pairs(edge) if len(near) else ():
+                    open_ = best[near] > _PLAIN * radius
+                    near, foot = near[open_], foot[open_]
+                    if not len(near):
+                        break
+                    self._take(best, by, near, name, self._rolled(points[near], edge, foot, radius, sides))
         return Found(best, by)
 
     @staticmethod
@@ -137,11 +138,14 @@ class Contacts:
         near = np.flatnonzero(distance < reach + spread)
         return near, foot[near]
 
-    def _pairs(self, edge: Edge) -> Iterator[tuple[str, tuple[Side, Side]]]:
-        """Pairs of sides that the ball of an edge may touch."""
+    def _plain(self, edge: Edge) -> Iterator[tuple[str, tuple[Side, Side]]]:
+        """Faces beside an edge."""
         groups = self._faces.groups(edge.faces)
-        first, second = (groups[n] for n in edge.faces)
-        yield "edge", (first, second)
+        yield "edge", (groups[edge.faces[0]], groups[edge.faces[1]])
+
+    def _others(self, edge: Edge) -> Iterator[tuple[str, tuple[Side, Side]]]:
+        """Pairs of sides that the ball of an edge may touch instead."""
+        groups = self._faces.groups(edge.faces)
         sign = self._sign(edge)
         for other in self.edges.values():
             touching = set(other.ends) & set(edge.ends)
@@ -234,17 +238,30 @@ def newton(
     """
     x = start.copy()
     off = np.full(len(x), np.inf)
+    left = np.arange(len(x))
     for _ in range(_STEPS):
-        pairs = [side.value_and_gradient(x) for side in sides]
+        pairs = [side.value_and_gradient(x[left]) for side in sides]
         residual = np.stack([value - d for d, _ in pairs], axis=1)
         rows = np.stack([gradient for _, gradient in pairs], axis=1)
         if points is not None:
             along = np.cross(rows[:, 0], rows[:, 1])
             along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-            residual = np.concatenate([residual, ((points - x) * along).sum(axis=1, keepdims=True)], axis=1)
-            rows = np.concatenate([rows, along[:, None]], axis=1)
-        off = np.abs(residual).max(axis=1)
-        step = np.einsum("nij,nj->ni", np.linalg.pinv(rows, rcond=1e-6), residual)
+            away = ((points[left] - x[left]) * along).sum(axis=1, keepdims=True)
+            residual, rows = np.concatenate([residual, away], axis=1), np.concatenate([rows, along[:, None]], axis=1)
+        off[left] = np.abs(residual).max(axis=1)
+        more = off[left] > _DONE * abs(value)
+        if not more.any():
+            break
+        left, step = left[more], _step(rows[more], residual[more])
         length = np.linalg.norm(step, axis=1, keepdims=True)
-        x += step * np.minimum(1.0, abs(value) / np.maximum(length, 1e-300))
+        x[left] += step * np.minimum(1.0, abs(value) / np.maximum(length, 1e-300))
     return x, off
+
+
+def _step(rows: FloatArray, residual: FloatArray) -> FloatArray:
+    """Shortest steps ``(N, 3)`` that make up for residuals ``(N, K)``, by slopes ``(N, K, 3)``."""
+    step = np.empty((len(rows), 3))
+    regular = np.zeros(len(rows), np.bool_) if rows.shape[1] != 3 else np.abs(np.linalg.det(rows)) > _REGULAR
+    step[regular] = np.linalg.solve(rows[regular], residual[regular][:, :, None])[:, :, 0] if regular.any() else 0.0
+    step[~regular] = np.einsum("nij,nj->ni", np.linalg.pinv(rows[~regular], rcond=1e-6), residual[~regular])
+    return step

@@ -6,8 +6,8 @@ begins: where its ball touches the faces, and where it ends at a corner.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, Protocol
 
 import numpy as np
@@ -131,7 +131,7 @@ class Rim:
                 way = np.clip(way, 0.0, length)
             if float(np.abs(move).max(initial=0.0)) < 1e-12 * length:
                 break
-        return np.mod(way, length) if self.closed else way
+        return np.asarray(np.mod(way, length) if self.closed else way)
 
 
 class Arc:
@@ -147,11 +147,11 @@ class Arc:
 
     def at(self, ways: FloatArray) -> FloatArray:
         turn = np.asarray(ways)[:, None]
-        return self._centre + self._radius * (np.cos(turn) * self._first + np.sin(turn) * self._across)
+        return np.asarray(self._centre + self._radius * (np.cos(turn) * self._first + np.sin(turn) * self._across))
 
     def way(self, points: FloatArray) -> FloatArray:
         away = points - self._centre
-        return np.arctan2(away @ self._across, away @ self._first)
+        return np.asarray(np.arctan2(away @ self._across, away @ self._first))
 
 
 class Segment:
@@ -167,7 +167,7 @@ class Segment:
         return self._start + np.asarray(ways)[:, None] * self._along
 
     def way(self, points: FloatArray) -> FloatArray:
-        return (points - self._start) @ self._along
+        return np.asarray((points - self._start) @ self._along)
 
 
 class StripSurface:
@@ -239,8 +239,8 @@ class StripSurface:
         fine = self.fine_ways()
         ways = np.concatenate([fine[(fine > start) & (fine < end)], np.linspace(start, end, _FEW)])
         if not self.spine.ball:
-            rims = [self.place(ways, np.full(len(ways), share)) for share in (0.0, 1.0)]
-            return _flat(*rims, self.radius) or _cone(*rims, self.radius)
+            low, high = (self.place(ways, np.full(len(ways), share)) for share in (0.0, 1.0))
+            return _flat(low, high, self.radius) or _cone(low, high, self.radius)
         if float(np.ptp(self.spine.radius)) > _ALIKE * self.radius:
             return None
         centres = self._centres(ways)
@@ -254,12 +254,12 @@ class StripSurface:
         return None if circle is None else Primitive("torus", circle[0], circle[1], self.radius, circle[2])
 
     def pieces(self) -> list[StripSurface | StripPiece]:
-        """The strip, or stretches of it that each are one primitive, and what is between these."""
+        """Give the strip, or stretches of it that each are one primitive, and what is between these."""
         if self.primitive() is not None:
             return [self]
         cuts: list[float] = [0.0]
         known: list[bool] = []
-        for low, high in zip(self._ways[:-1].tolist(), self._ways[1:].tolist(), strict=True):
+        for low, high in pairwise(self._ways.tolist()):
             if high - low < _SHORTEST * self.radius:
                 good = bool(known) and known[-1]
             else:
@@ -274,7 +274,7 @@ class StripSurface:
                 known.append(good)
         if len(known) == 1 or len(known) > _PIECES:
             return [self]
-        return [StripPiece(self, low, high) for low, high in zip(cuts[:-1], cuts[1:], strict=True)]
+        return [StripPiece(self, low, high) for low, high in pairwise(cuts)]
 
     def _parts(self, ways: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Pieces (N,) of the spine at ways along it, their lengths, and how far along them (N, 1) from 0 to 1."""
@@ -290,7 +290,7 @@ class StripSurface:
         return hermite(spine.centres[piece], spine.centres[piece + 1], v, w, t)
 
     def grid(self, low: float, high: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Ways (M,) from one to another and a little beyond, points (M, K, 3) of the surface there, and its poles between.
+        """Ways (M,) from one to another and a little beyond, points (M, K, 3) of the surface there, and poles between.
 
         These (M - 1, 2, K, 3) are the inner control points of cubics from each way to the next through two more points.
         The points lie at the shares that :func:`across` gives.
@@ -380,7 +380,7 @@ class CornerSurface:
         return length - self._radius, away / np.where(length > 0, length, 1.0)[:, None]
 
     def beyond(self, points: FloatArray) -> FloatArray:
-        return -((points - self._centre) @ self._walls.T).min(axis=1)
+        return np.asarray(-((points - self._centre) @ self._walls.T).min(axis=1))
 
     def primitive(self) -> Primitive:
         return Primitive("sphere", self._centre, np.array([0.0, 0.0, 1.0]), self._radius)
@@ -412,7 +412,7 @@ def across() -> FloatArray:
 
 
 def _turned(first: FloatArray, last: FloatArray, shares: FloatArray) -> FloatArray:
-    """Unit directions (N, 3) at shares (N,) of the turn from the first to the last directions (N, 3)."""
+    """Turn unit directions (N, 3) by shares (N,) of the way from the first to the last ones (N, 3)."""
     first = first / np.linalg.norm(first, axis=1)[:, None]
     last = last / np.linalg.norm(last, axis=1)[:, None]
     cosine = np.clip((first * last).sum(axis=1), -1.0, 1.0)

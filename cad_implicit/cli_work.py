@@ -13,6 +13,7 @@ import typer
 from .cli_progress import progress_bar
 
 if TYPE_CHECKING:
+    from .cad.solids import SolidPart
     from .outcome import Outcome
 
 
@@ -35,7 +36,8 @@ def work(
     if engine not in ("exact", "reinit"):
         raise typer.BadParameter(f"{engine!r} is not an engine; there are exact and reinit", param_hint="--engine")
     with errors(), progress_bar(quiet or json) as progress:
-        from .cad import FIELD_EXTENSIONS, check_output, save
+        from .cad import check_output, save
+        from .cad.solids import SolidPart
         from .job import run
 
         check_output(output)
@@ -52,16 +54,19 @@ def work(
             progress=progress,
             **options,
         )
+        result = outcome.result_for(output.suffix, progress)
         progress("write", 0.0)
-        save(outcome.field() if output.suffix.lower() in FIELD_EXTENSIONS else outcome.mesh, output)
+        save(result, output)
         progress("write", 1.0)
+    solid = result if isinstance(result, SolidPart) else None
     if json:
-        show({"output": str(output), **outcome.as_dict(), "input": str(part)}, json)
+        figures = {} if solid is None else {"solid": solid.as_dict()}
+        show({"output": str(output), **outcome.as_dict(), **figures, "input": str(part)}, json)
     elif not quiet:
-        _summary(outcome, output)
+        _summary(outcome, output, solid)
 
 
-def _summary(outcome: Outcome, output: Path) -> None:
+def _summary(outcome: Outcome, output: Path, solid: SolidPart | None) -> None:
     before, after = outcome.before, outcome.mesh
     change = after.volume - before.volume
     bound = outcome.error_bound
@@ -72,6 +77,9 @@ def _summary(outcome: Outcome, output: Path) -> None:
         f"volume {before.volume:.6g} -> {after.volume:.6g} mm³ ({change:+.4g}), {error}, "
         f"{sum(outcome.seconds.values()):.2f} s"
     )
+    if solid is not None:
+        kind = "on the part's surfaces and those of blends" if not solid.facets else "plane facets"
+        typer.echo(f"solid of {solid.faces} faces, {kind}")
     for warning in outcome.warnings:
         typer.echo(f"warning: {warning}", err=True)
 

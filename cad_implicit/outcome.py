@@ -10,11 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from . import sizing
+from .cad.files import BREP_EXTENSIONS, FIELD_EXTENSIONS
+from .cad.solids import SolidPart
 from .errors import OpenMeshError
 from .field import Field, sample
 from .implicit import Implicit
 from .mesh import Mesh
 from .parallel import Progress
+from .parting import to_part
 from .rails import Radius
 from .sizing import Engine
 
@@ -64,6 +67,14 @@ class Outcome:
         bounds = self.shape.bounds
         h = sizing.choose_spacing(bounds, self.spacing, engine="reinit", spacing=self.spacing)
         return sample(self.shape, sizing.grid_over(bounds, h, 0.0))
+
+    def result_for(self, suffix: str, progress: Progress) -> Mesh | Field | SolidPart:
+        """Give what is written to a file of a kind: the mesh, a field, or a solid."""
+        if suffix.lower() in FIELD_EXTENSIONS:
+            return self.field()
+        if suffix.lower() in BREP_EXTENSIONS:
+            return to_part(self.shape, mesh=self.mesh, progress=progress)
+        return self.mesh
 
     def as_dict(self) -> dict[str, Any]:
         """Figures of the job, ready for JSON; lengths in mm, volumes in mm³, times in seconds."""

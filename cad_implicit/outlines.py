@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -73,11 +74,13 @@ class Original(Protocol):
     Attributes
     ----------
     vertices : (V, 3) float64
-    edges : list of EdgeCurve
     """
 
     vertices: FloatArray
-    edges: Sequence[EdgeCurve]
+
+    @property
+    def edges(self) -> Sequence[EdgeCurve]:
+        """Its edges."""
 
     def seams(self, face: int) -> list[int]:
         """Edges at which a face meets itself."""
@@ -210,7 +213,9 @@ class Outliner:
                 both = []
                 for vertices in inner:
                     points = self.mesh.vertices[vertices]
-                    near = [np.linalg.norm(curve.at(np.array([way]))[0] - points, axis=1) for curve in surface.curves[:2]]
+                    near = [
+                        np.linalg.norm(curve.at(np.array([way]))[0] - points, axis=1) for curve in surface.curves[:2]
+                    ]
                     side = int(np.argmin([n.min() for n in near]))
                     both.append(int(vertices[int(near[side].argmin())]))
                 cuts.append((way, both[0], both[1]))
@@ -226,9 +231,8 @@ class Outliner:
                 continue
             for seam in self.original.seams(label):
                 for loop in loops:
-                    vertices = np.concatenate(
-                        [(c := patches.chains[n].vertices)[:-1] if forward else c[::-1][:-1] for n, forward in loop]
-                    )
+                    runs = [(patches.chains[n].vertices, forward) for n, forward in loop]
+                    vertices = np.concatenate([(run if forward else run[::-1])[:-1] for run, forward in runs])
                     past = self.original.past_seam(label, seam, self.mesh.vertices[vertices])
                     after = np.roll(past, -1)
                     ends = {self.original.edges[seam].ends[0], self.original.edges[seam].ends[1]}
@@ -347,9 +351,7 @@ class Outliner:
 
     # --- borders
 
-    def _border(
-        self, number: int, curve: Curve | int | None, index: dict[int, int], points: FloatArray
-    ) -> Border:
+    def _border(self, number: int, curve: Curve | int | None, index: dict[int, int], points: FloatArray) -> Border:
         chain = self.patches.chains[number]
         start, end = index[int(chain.vertices[0])], index[int(chain.vertices[-1])]
         inner = self.mesh.vertices[chain.vertices[1:-1]]
@@ -478,20 +480,22 @@ class Outliner:
         del index
 
     def _add_seam(self, outline: Outline, face: Outlined, seam: int, edge: EdgeCurve, inside: MeshDistance) -> None:
-        on_border = {v for loop in face.loops for n, _ in loop for v in (outline.borders[n].start, outline.borders[n].end)}
+        on_border = {
+            v for loop in face.loops for n, _ in loop for v in (outline.borders[n].start, outline.borders[n].end)
+        }
         stops: dict[int, float] = {}
         for vertex in on_border:
             way = edge.way(outline.points[[vertex]])
             if np.linalg.norm(edge.at(way)[0] - outline.points[vertex]) < _POINT * self.h:
                 stops[vertex] = float(way[0])
-        for end, way in zip(edge.ends, (edge.low, edge.high), strict=True):
+        for end, limit in zip(edge.ends, (edge.low, edge.high), strict=True):
             here = [v for v in stops if outline.known[v] == end]
             if here:
-                stops[here[0]] = way
+                stops[here[0]] = limit
             elif self._within(inside, self.original.vertices[end], face.patch):
-                stops[self._vertex(outline, end)] = way
+                stops[self._vertex(outline, end)] = limit
         order = sorted(stops, key=lambda vertex: stops[vertex])
-        for a, b in zip(order[:-1], order[1:], strict=True):
+        for a, b in pairwise(order):
             middle = edge.at(np.array([(stops[a] + stops[b]) / 2]))[0]
             if self._within(inside, middle, face.patch):
                 face.seams.append(len(outline.borders))
@@ -499,9 +503,7 @@ class Outliner:
 
     def _within(self, inside: MeshDistance, point: FloatArray, patch: int) -> bool:
         found = inside.closest(point[None])
-        return bool(
-            self.patches.of_triangle[found.triangle[0]] == patch and found.distance[0] < self.h
-        )
+        return bool(self.patches.of_triangle[found.triangle[0]] == patch and found.distance[0] < self.h)
 
     def _vertex(self, outline: Outline, known: int) -> int:
         here = np.flatnonzero(outline.known == known)
@@ -571,9 +573,7 @@ def _section(surface: StripSurface, way: float, turned: bool) -> Callable[[Float
     return place
 
 
-def _between(
-    borders: list[Border], loop: list[tuple[int, bool]], start: int, end: int
-) -> list[tuple[int, bool]]:
+def _between(borders: list[Border], loop: list[tuple[int, bool]], start: int, end: int) -> list[tuple[int, bool]]:
     """Part of a loop from one vertex to another."""
     at = next(i for i, (n, forward) in enumerate(loop) if (borders[n].start if forward else borders[n].end) == start)
     turned = loop[at:] + loop[:at]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,7 +157,7 @@ def _walked(
         loop = loop[at:] + loop[:at]
         found: list[tuple[int, bool]] = []
         cuts = [i for i, edge in enumerate(loop) if stops[start[edge]]] + [len(loop)]
-        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        for low, high in pairwise(cuts):
             run = loop[low:high]
             known = of_edge.get(int(back[run[0]]))
             if known is None:

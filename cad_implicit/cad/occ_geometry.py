@@ -173,7 +173,7 @@ def primitive_surface(primitive: Primitive, towards: FloatArray) -> Any:
 
 
 def strip_surface(ways: FloatArray, points: FloatArray, between: FloatArray) -> Any:
-    """Spline surface of a grid: cubic pieces along (M), with inner control points (M - 1, 2), one polynomial across (K).
+    """Spline surface of a grid: cubic pieces along (M) with inner control points (M - 1, 2), one polynomial across (K).
 
     Where the pieces before and after a way go on smoothly they share a knot of multiplicity 2, else one of 3.
     """
@@ -183,7 +183,8 @@ def strip_surface(ways: FloatArray, points: FloatArray, between: FloatArray) -> 
 
     def poles(grid: FloatArray) -> FloatArray:
         flat = np.moveaxis(grid, -2, 0)
-        return np.moveaxis(np.linalg.solve(basis, flat.reshape(count, -1)).reshape(flat.shape), 0, -2)
+        solved = np.asarray(np.linalg.solve(basis, flat.reshape(count, -1)), np.float64)
+        return np.moveaxis(solved.reshape(flat.shape), 0, -2)
 
     knots, inner = poles(points), poles(between)
     spans = np.diff(ways)

@@ -10,12 +10,12 @@ from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
 from OCP.gp import gp_Pnt
 from OCP.ShapeAnalysis import ShapeAnalysis_Surface
-from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_VERTEX
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_VERTEX
 from OCP.TopExp import TopExp
 
 from cad_implicit.implicit import FloatArray
 
-from .occ import Shape, as_edge, as_face, explore, shape_map
+from .occ import Shape, as_edge, as_face, as_vertex, explore, shape_map
 
 
 class ShapeEdge:
@@ -59,7 +59,7 @@ class ShapeTopology:
         face_map, edge_map, vertex_map = (shape_map(shape, kind) for kind in (TopAbs_FACE, TopAbs_EDGE, TopAbs_VERTEX))
         self.face_shapes = [as_face(face_map.FindKey(i)) for i in range(1, face_map.Extent() + 1)]
         self.vertex_shapes = [vertex_map.FindKey(i) for i in range(1, vertex_map.Extent() + 1)]
-        self.vertices = np.array([BRep_Tool.Pnt_s(_vertex(v)).Coord() for v in self.vertex_shapes])
+        self.vertices = np.array([BRep_Tool.Pnt_s(as_vertex(v)).Coord() for v in self.vertex_shapes])
         beside: dict[int, list[int]] = {}
         self._seams: dict[int, list[int]] = {}
         self.degenerate: dict[int, list[Shape]] = {}
@@ -78,7 +78,7 @@ class ShapeTopology:
             own = beside.get(key, [])
             if len(own) == 2 and own[0] == own[1]:
                 self._seams.setdefault(own[0], []).append(len(self.edges))
-            self.edges.append(ShapeEdge(as_edge(edge.Oriented(_FORWARD)), tuple(own), (ends[0], ends[1])))
+            self.edges.append(ShapeEdge(as_edge(edge.Oriented(TopAbs_FORWARD)), tuple(own), (ends[0], ends[1])))
         self._surfaces: dict[int, Any] = {}
 
     def seams(self, face: int) -> list[int]:
@@ -116,13 +116,3 @@ def places(surface: Any, points: FloatArray) -> FloatArray:
         place = surface.ValueOfUV(where, 1e-7) if place is None else surface.NextValueOfUV(place, where, 1e-7)
         found[number] = place.X(), place.Y()
     return found
-
-
-def _vertex(shape: Shape) -> Any:
-    return as_vertex(shape)
-
-
-from OCP.TopAbs import TopAbs_FORWARD as _FORWARD  # noqa: E402
-from OCP.TopoDS import TopoDS  # noqa: E402
-
-as_vertex = getattr(TopoDS, "Vertex_s", None) or TopoDS.Vertex

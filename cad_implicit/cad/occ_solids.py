@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepTools import BRepTools
-from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf  # noqa: F401
 from OCP.gp import gp_Pnt, gp_Vec
 from OCP.ShapeAnalysis import ShapeAnalysis_Surface
 from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
@@ -22,9 +21,9 @@ from cad_implicit.mesh import Mesh
 from cad_implicit.outlines import Border, Outline, Outlined
 from cad_implicit.patches import Patches
 
-from .occ import Shape, as_edge, as_face, compound
+from .occ import Shape, as_edge, as_face, as_vertex, compound
 from .occ_geometry import Made, curve_through, flat_curve, primitive_surface, strip_surface
-from .occ_original import ShapeTopology, as_vertex, places
+from .occ_original import ShapeTopology, places
 
 #: Edges must lie on both of their faces within so many mm, and are taken to do so within at least:
 EDGE = 1e-3
@@ -49,7 +48,6 @@ class Builder:
         self._edges: dict[int, Shape] = {}
         self._geometry: dict[int, Made] = {}
         self.worst = 0.0
-        self.log = []  # DEBUG
 
     def solid(self) -> Shape:
         """Solid of all faces.
@@ -119,12 +117,14 @@ class Builder:
         edge = self.own.edges[border.edge]
         low, high = sorted(border.knots.tolist())
         slack = 1e-6 * (edge.high - edge.low)
-        return abs(low - edge.low) <= slack and abs(high - edge.high) <= slack
+        return bool(abs(low - edge.low) <= slack and abs(high - edge.high) <= slack)
 
     def _blend(self, face: Outlined) -> tuple[Shape, Any, FloatArray, bool]:
-        surface = self.surfaces[face.label - self.count].surface
+        surface: Any = self.surfaces[face.label - self.count].surface
         inside = np.flatnonzero(self.patches.of_triangle == face.patch)
-        points = np.concatenate([self.outline.points[[v for n, _ in loop for v in self._ends(n)]] for loop in face.loops])
+        points = np.concatenate(
+            [self.outline.points[[v for n, _ in loop for v in self._ends(n)]] for loop in face.loops]
+        )
         middles = self.mesh.vertices[self.mesh.faces[inside]].mean(axis=1)
         primitive = surface.primitive()
         if isinstance(surface, StripSurface) and surface.closed and len(self._of_label(face.label)) > 1:
@@ -159,7 +159,9 @@ class Builder:
     def _middle_way(self, face: Outlined, surface: StripSurface) -> float:
         """Way in the middle of one half of a ring: that of its longest border's middle."""
         numbers = [n for n, _ in face.loops[0]]
-        lengths = [float(np.linalg.norm(np.diff(self._made(n).at(self._some(n)), axis=0), axis=1).sum()) for n in numbers]
+        lengths = [
+            float(np.linalg.norm(np.diff(self._made(n).at(self._some(n)), axis=0), axis=1).sum()) for n in numbers
+        ]
         number = numbers[int(np.argmax(lengths))]
         made = self._made(number)
         middle = made.at(np.array([(made.low + made.high) / 2]))
@@ -171,7 +173,7 @@ class Builder:
         return border.start, border.end
 
     def _wires(self, face: Outlined) -> list[list[tuple[int, bool]]]:
-        """Closed borders, joined by seams where there are any."""
+        """Give closed borders, joined by seams where there are any."""
         if not face.seams:
             return face.loops
         pieces = [one for loop in face.loops for one in loop]
@@ -229,7 +231,7 @@ class Builder:
             else:
                 assert border.place is not None
                 turned = border.knots[0] > border.knots[-1]
-                place = (lambda ways: border.place(-ways)) if turned else border.place  # type: ignore[misc]
+                place = (lambda ways: border.place(-ways)) if turned else border.place
                 self._geometry[number] = curve_through(place, -border.knots if turned else border.knots)
         return self._geometry[number]
 
@@ -252,7 +254,9 @@ class Builder:
             ends = [border.start, border.end]
             if not self._runs_forward(number):
                 ends.reverse()
-            for vertex, orientation, at in zip(ends, (TopAbs_FORWARD, TopAbs_REVERSED), (made.low, made.high), strict=True):
+            for vertex, orientation, at in zip(
+                ends, (TopAbs_FORWARD, TopAbs_REVERSED), (made.low, made.high), strict=True
+            ):
                 shape = self._vertex(vertex)
                 away = float(np.linalg.norm(made.at(np.array([at]))[0] - self.outline.points[vertex]))
                 self._tolerate(shape, away)
@@ -266,7 +270,9 @@ class Builder:
         if away > BRep_Tool.Tolerance_s(vertex):
             self._builder.UpdateVertex(vertex, 1.01 * away + _LEAST)
 
-    def _on_face(self, number: int, edge: Shape, face: Shape, surface: Any, centre: FloatArray, outlined: Outlined) -> None:
+    def _on_face(
+        self, number: int, edge: Shape, face: Shape, surface: Any, centre: FloatArray, outlined: Outlined
+    ) -> None:
         """Put an edge's curve onto a face, unless the face is plane or the edge was there before."""
         border = self.outline.borders[number]
         if border.edge >= 0 and outlined.label in self.own.edges[border.edge].faces:
@@ -288,7 +294,6 @@ class Builder:
                 break
             count *= 2
         self.worst = max(self.worst, away)
-        self.log.append((away, number, outlined.label, [f.label for f in self.outline.faces for lp in f.loops for n,_ in lp if n==number], border.edge, self._made(number).at(np.array([made.low,made.high])).tolist(), type(made.geometry).__name__, len(border.knots)))  # DEBUG
         if away > EDGE:
             raise InvalidMeshError(f"an edge is {away:.3g} mm away from its face")
         if 1.05 * away + _LEAST > BRep_Tool.Tolerance_s(edge):

@@ -42,6 +42,10 @@ class SolidPart:
         """Share of the area that is exact, from 0 to 1."""
         return self.exact_area / self.area if self.area > 0 else 0.0
 
+    def as_dict(self) -> dict[str, Any]:
+        """Figures, ready for JSON."""
+        return {"faces": self.faces, "facets": self.facets, "exact_share": self.exact_share, "why": self.why}
+
 
 def solid_of(mesh: Mesh, *, name: str | None = None, why: str = "", progress: Progress = no_progress) -> SolidPart:
     """Solid of plane faces, triangles in one plane merged; see :func:`cad_implicit.to_part`.

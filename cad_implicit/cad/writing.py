@@ -11,16 +11,18 @@ from cad_implicit.mesh import Mesh
 
 from .fields import write_field
 from .files import BREP_EXTENSIONS, FIELD_EXTENSIONS, PART_EXTENSIONS, check_output, replacing, write_mesh
+from .solids import SolidPart, solid_of
 
 
-def save(result: Mesh | Field, path: str | Path) -> Path:
+def save(result: Mesh | Field | SolidPart, path: str | Path) -> Path:
     """Write a result to a file, by suffix; an existing file is replaced, and only by a whole one.
 
     Parameters
     ----------
-    result : Mesh or Field
+    result : Mesh, Field or SolidPart
         A Mesh is written as .stl (binary, float32), .3mf, .obj, .ply (float32), or as a solid of plane faces to
-        .step, .stp and .brep; a Field as .npz (``origin``, ``spacing``, ``values``), .vti or .nrrd. All in mm.
+        .step, .stp and .brep; a SolidPart (:func:`cad_implicit.to_part`) to the latter as it is; a Field as .npz
+        (``origin``, ``spacing``, ``values``), .vti or .nrrd. All in mm.
     path : str or Path
         Suffix in upper or lower case.
 
@@ -40,16 +42,18 @@ def save(result: Mesh | Field, path: str | Path) -> Path:
     """
     path = check_output(path)
     kind = path.suffix.lower()
-    if not isinstance(result, Field | Mesh):
+    if not isinstance(result, Field | Mesh | SolidPart):
         raise FileFormatError(
             f"a {type(result).__name__} cannot be written; contour it to a Mesh, or sample it on a Grid to a Field"
         )
+    if isinstance(result, SolidPart) and kind not in BREP_EXTENSIONS:
+        raise FileFormatError(f"{kind} does not hold solids; write a SolidPart as {' '.join(BREP_EXTENSIONS)}")
     if isinstance(result, Field) != (kind in FIELD_EXTENSIONS):
         raise FileFormatError(_mismatch(result, kind))
     with replacing(path) as beside:
         if isinstance(result, Field):
             write_field(result, beside, kind)
-        elif kind in BREP_EXTENSIONS:
+        elif isinstance(result, SolidPart) or kind in BREP_EXTENSIONS:
             _write_brep(result, beside)
         else:
             write_mesh(result, beside, kind)
@@ -63,8 +67,9 @@ def _mismatch(result: object, kind: str) -> str:
     return f"{kind} holds a Mesh, not a {name}; contour it first, or write it as {' '.join(FIELD_EXTENSIONS)}"
 
 
-def _write_brep(mesh: Mesh, path: Path) -> None:
-    from . import occ, occ_facets, occ_files  # noqa: F401  (occ first: it says what to install)
+def _write_brep(result: Mesh | SolidPart, path: Path) -> None:
+    from . import occ, occ_files  # noqa: F401  (occ first: it says what to install)
 
+    solid = solid_of(result) if isinstance(result, Mesh) else result
     time = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    occ_files.write(occ_facets.facets(mesh), path, path.stem, time)
+    occ_files.write(solid.wrapped, path, path.stem, time)

@@ -17,7 +17,7 @@ from .errors import MissingHostError, SelectorError
 from .lattice import Crystal
 from .minimal import Minimal
 from .rails import Radius
-from .solid_job import BlendOptions, Options, Provenance, blendable, safely_filleted, worked
+from .solid_job import BlendOptions, Options, Provenance, blendable, safely_filleted, shelled, worked
 
 try:
     import cadquery as cq
@@ -144,21 +144,14 @@ def implicitShell(  # noqa: N802
     CadImplicitError
         As :func:`cad_implicit.run`.
     """
-    from .cad.occ_chosen import face_numbers
-
     part = open_part(shape)
-    what: dict[str, Any] = {"side": "inward" if thickness < 0 else "outward"}
-    if openings is not None:
-        faces = _sequence(openings)
-        if not faces or not all(isinstance(face, cq.Face) for face in faces):
-            kinds = ", ".join(sorted({type(face).__name__ for face in faces})) or "nothing"
-            raise SelectorError(f"a shell is opened at faces, and {kinds} was given; select faces")
-        what["open"] = ",".join(map(str, face_numbers(part, [face.wrapped for face in faces])))
-        if thickness > 0:
-            raise SelectorError(
-                f"walls around a part have no openings; for one within it use a negative thickness, {-thickness:g} mm"
-            )
-    return _shape(*worked(part, "shell", abs(thickness), **what, **options), shape)
+    if openings is None:
+        return _shape(*shelled(part, thickness, None, **options), shape)
+    faces = _sequence(openings)
+    if not faces or not all(isinstance(face, cq.Face) for face in faces):
+        kinds = ", ".join(sorted({type(face).__name__ for face in faces})) or "nothing"
+        raise SelectorError(f"a shell is opened at faces, and {kinds} was given; select faces")
+    return _shape(*shelled(part, thickness, [face.wrapped for face in faces], **options), shape)
 
 
 def implicitInfill(  # noqa: N802

@@ -19,7 +19,7 @@ from .cad import OpenPart
 from .cad.edges import Edge, part_edges
 from .cad.solids import SolidPart
 from .choices import Edges
-from .errors import CadImplicitError, GeometryWarning, OpenMeshError
+from .errors import CadImplicitError, GeometryWarning, OpenMeshError, SelectorError
 from .job import run
 from .local_blend import LocalBlend
 from .parallel import Progress, no_progress
@@ -129,6 +129,40 @@ def _user() -> int:
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
         frame, level = frame.f_back, level + 1
     return level
+
+
+def shelled(
+    part: OpenPart, thickness: float, openings: Sequence[Any] | None, **what: Any
+) -> tuple[SolidPart, Provenance]:
+    """Carve a part out to a wall: within it if the thickness in mm is negative, around it if it is positive.
+
+    Parameters
+    ----------
+    part : OpenPart
+    thickness : float
+    openings : sequence of TopoDS_Face or None
+        Faces that get no wall.
+    **what
+        What :func:`cad_implicit.run` takes.
+
+    Raises
+    ------
+    SelectorError
+        If there are openings of a wall around the part, or one is no face of the part.
+    CadImplicitError
+        As :func:`worked`.
+    """
+    from .cad.occ_chosen import face_numbers
+
+    side = "inward" if thickness < 0 else "outward"
+    if openings is None:
+        return worked(part, "shell", abs(thickness), side=side, **what)
+    if thickness > 0:
+        raise SelectorError(
+            f"walls around a part have no openings; for one within it use a negative thickness, {-thickness:g} mm"
+        )
+    numbers = ",".join(map(str, face_numbers(part, openings)))
+    return worked(part, "shell", abs(thickness), side=side, open=numbers, **what)
 
 
 def safely_filleted(

@@ -126,13 +126,18 @@ def _split(boxes, order, start, stop, even, scratch):
         return middle
     i, j = start, stop - 1
     while i <= j:
-        key = boxes[order[i], best_axis] + boxes[order[i], 3 + best_axis]
-        if int((key - best_low) / best_width) < best_bin:
+        if _bin(boxes, order[i], best_axis, best_low, best_width) < best_bin:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
             j -= 1
     return i
+
+
+@jit
+def _bin(boxes, t, axis, low, width):
+    """Bin of a triangle; where bins are hardly wider than rounding errors, sums in another order land beside them."""
+    return min(max(int((boxes[t, axis] + boxes[t, 3 + axis] - low) / width), 0), _BINS - 1)
 
 
 @jit
@@ -144,7 +149,7 @@ def _best_plane(boxes, order, start, stop, axis, low, width, scratch):
         _clear(bins[b])
     for q in range(start, stop):
         t = order[q]
-        b = int((boxes[t, axis] + boxes[t, 3 + axis] - low) / width)
+        b = _bin(boxes, t, axis, low, width)
         number[b] += 1
         _grow(bins[b], boxes[t])
     _clear(box)

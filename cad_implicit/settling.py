@@ -22,9 +22,6 @@ _STEPS = 6
 #: Triangles may turn up to this cosine.
 _TURN = 0.1
 
-#: Width in spacings for the search for triangles that meet.
-_BIN = 4.0
-
 
 def settled(mesh: Mesh, shape: Implicit, before: Mesh, spacing: float, threads: int | None = None) -> Mesh:
     """Give a mesh whose vertices are on a shape, but for those that another mesh has, too.
@@ -88,7 +85,7 @@ def _unfolded(mesh: Mesh, which: NDArray[np.int64], target: FloatArray, spacing:
     if not moved:
         return mesh
     with parallel.threads(threads, len(mesh.faces)):
-        bad = intersecting(vertices, mesh.faces, _BIN * spacing)
+        bad = intersecting(vertices, mesh.faces, spacing)
     back = np.intersect1d(np.unique(mesh.faces[bad]), np.array(moved, np.int64))
     vertices[back] = mesh.vertices[back]
     return Mesh(vertices, mesh.faces, mesh.face_ids, mesh.source)

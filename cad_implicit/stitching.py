@@ -53,10 +53,6 @@ _NUDGE = (1.7e-7, -2.3e-7, 1.1e-7)
 #: coincide; the thickest seen had 0.02.
 _CRUMB = 0.05
 
-#: Width in spacings for the search for such triangles: those of the part may be long. For fans of a box's faces 1 takes
-#: twenty times as long, without them 8 twice.
-_BIN = 4.0
-
 #: Rounds in which vertices that make triangles run through each other go back to where facets cross.
 _ROUNDS = 6
 
@@ -335,7 +331,7 @@ class _Seams:
         near = np.flatnonzero(self.loose[faces].any(axis=1))
         vertices, some, _ = slivers.compact(position, faces[near])
         with parallel.threads(self.threads, len(near)):
-            bad = intersecting(vertices, some, _BIN * self.spacing)
+            bad = intersecting(vertices, some, self.spacing)
         return np.asarray(near[bad | seams.wrong_way(vertices, some, facing[near])])
 
     def _result(self, position: FloatArray, faces: NDArray[np.int32], facing: FloatArray) -> Mesh:

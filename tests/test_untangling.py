@@ -75,6 +75,59 @@ def test_folds_double_triangles_and_overlaps_in_a_plane() -> None:
     assert not found(plane + 1.0, np.array([[0, 1, 3], [3, 5, 4]], np.int32), 4.0).any()
 
 
+def fans(spikes: int) -> Mesh:
+    """A box, off the axes, with a fine rim around its middle: all its walls are fans; some rim vertices are moved."""
+    turn = np.linspace(0, 2 * np.pi, 1200, endpoint=False) + 0.1
+    square = np.abs(np.stack([np.cos(turn), np.sin(turn)])).max(axis=0)
+    rim = np.stack([20 * np.cos(turn) / square, 20 * np.sin(turn) / square, 0.3 * np.sin(7 * turn)], axis=1)
+    corners = np.array([[x, y, z] for z in (-9.0, 9.0) for x, y in ((20, 20), (-20, 20), (-20, -20), (20, -20))])
+    side = ((turn + np.pi / 4) // (np.pi / 2)).astype(int) % 4
+    faces = [[8 + i, 8 + (i + 1) % 1200, 4 + side[i]] for i in range(1200)]
+    faces += [[8 + (i + 1) % 1200, 8 + i, side[i]] for i in range(1200)]
+    random = np.random.default_rng(spikes)
+    moved = random.choice(1200, spikes, replace=False)
+    rim[moved] += random.uniform(-4, 4, (spikes, 3))
+    return Mesh(np.concatenate([corners, rim]) @ TURN.T, faces)
+
+
+@pytest.mark.parametrize("spikes", [0, 40])
+def test_fans_of_long_thin_triangles(spikes: int) -> None:
+    mesh = fans(spikes)
+    marks = expected(mesh)
+    assert (marks.sum() > 50) == (spikes > 0)
+    np.testing.assert_array_equal(found(mesh.vertices, mesh.faces, 0.1), marks)
+
+
+def test_large_and_small_triangles_at_random() -> None:
+    small = soup(7, 600)
+    random = np.random.default_rng(8)
+    large = random.uniform(-1.5, 1.5, (12, 3, 3)).reshape(-1, 3)
+    points = np.concatenate([0.08 * small.vertices + 0.5 * np.repeat(small.vertices[::3], 3, axis=0), large])
+    mesh = Mesh(points, np.arange(len(points)).reshape(-1, 3))
+    marks = expected(mesh)
+    assert marks[-12:].all()
+    assert 20 < marks.sum() < 400
+    np.testing.assert_array_equal(found(mesh.vertices, mesh.faces, 0.1), marks)
+
+
+def test_two_folds_of_a_large_face() -> None:
+    fold = np.array([[0.0, 0, 0], [40, 0, 0], [20, 30, 0], [19, 29, 1e-4]]) @ TURN.T
+    pair = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
+    assert found(fold, pair, 0.1).all()
+    fold[3] += TURN @ [0, 0, 3.0]
+    assert not found(fold, pair, 0.1).any()
+
+
+def test_a_grid_with_more_bins_than_there_is_room_for() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3).apply_scale(0.5)
+    two = trimesh.util.concatenate([ball.copy().apply_translation([0.6, 0.1, 0.2]), ball])
+    far = ball.copy().apply_translation([90.0, 80, 70])
+    mesh = Mesh(*(lambda whole: (whole.vertices @ TURN.T, whole.faces))(trimesh.util.concatenate([two, far])))
+    marks = expected(mesh)
+    assert 20 < marks.sum() < 600
+    np.testing.assert_array_equal(found(mesh.vertices, mesh.faces, 0.08), marks)
+
+
 def test_nothing_is_found_in_nothing() -> None:
     assert len(found(np.zeros((0, 3)), np.zeros((0, 3), np.int32), 1.0)) == 0
 

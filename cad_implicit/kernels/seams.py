@@ -17,8 +17,13 @@ _THIN = 0.035
 #: A collapse may leave triangles of half the quality that they had, or better ones than this.
 _WORSE = 0.5
 
-#: Along an edge that lies in a shape's face, triangles without area follow each other: one goes in each round.
-_ROUNDS = 100
+#: Along an edge that lies in a shape's face, triangles without area follow each other: one goes in each round. Most end
+#: after a few; seams of 800 mm with triangles of 0.05 mm take 2000.
+_ROUNDS = 20_000
+
+#: Triangles around a vertex that are looked at again after a change: the latest are the first, and vertices of large
+#: faces may have thousands.
+_LATEST = 64
 
 
 @jit
@@ -48,7 +53,7 @@ def _may_move(p, faces, facing, head, following, u, v, shift):
             after = slivers._quality(p, v, a, b, facing[t])
             if after <= 0 or (after < _THIN and after < _WORSE * before) or slivers._height(p, u, v, a, b) > shift:
                 return False
-        corner = following[corner]
+        corner = following[corner, 0]
     return True
 
 
@@ -89,7 +94,7 @@ def _try_flip(p, faces, facing, loose, head, following, t, c, shift, fold):
     top, a, b, bottom = faces[t, c], faces[t, (c + 1) % 3], faces[t, (c + 2) % 3], faces[s, e]
     if top == bottom or slivers._joined(faces, head, following, top, bottom):
         return False
-    if slivers._valence(head, following, a) < 4 or slivers._valence(head, following, b) < 4:
+    if slivers._few(head, following, a) or slivers._few(head, following, b):
         return False
     before = min(slivers._quality(p, top, a, b, facing[t]), slivers._quality(p, bottom, b, a, facing[s]))
     after = min(slivers._quality(p, top, a, bottom, facing[s]), slivers._quality(p, top, bottom, b, facing[s]))
@@ -128,6 +133,22 @@ def _is_bad(p, faces, facing, t, tiny):
 
 
 @jit
+def _enter(faces, loose, head, following, vertex, number, seen, queue, count):
+    """Enter the triangles with loose vertices around a vertex into the queue of this round; returns its length."""
+    corner = head[vertex]
+    steps = 0
+    while corner >= 0 and steps < _LATEST:
+        t = corner // 3
+        if seen[t] != number and max(loose[faces[t, 0]], max(loose[faces[t, 1]], loose[faces[t, 2]])) > 0:
+            seen[t] = number
+            queue[count] = t
+            count += 1
+        corner = following[corner, 0]
+        steps += 1
+    return count
+
+
+@jit
 def tidy(position, faces, facing, loose, shift, tiny, short, fold):
     """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
 
@@ -139,23 +160,29 @@ def tidy(position, faces, facing, loose, shift, tiny, short, fold):
     alive = np.ones(len(faces), np.bool_)
     order = np.empty(3, np.int64)
     head, following = slivers._link(faces, len(position))
-    fresh, changed = loose > 0, np.zeros(len(position), np.bool_)
-    for _ in range(_ROUNDS):
-        mended = False
-        for t in range(len(faces)):
+    seen = np.zeros(len(faces), np.int32)
+    queue, coming = np.empty(len(faces), np.int32), np.empty(len(faces), np.int32)
+    count = 0
+    for t in range(len(faces)):
+        if max(loose[faces[t, 0]], max(loose[faces[t, 1]], loose[faces[t, 2]])) > 0:
+            queue[count] = t
+            count += 1
+    for number in range(1, _ROUNDS + 1):
+        after = 0
+        for q in range(count):
+            t = queue[q]
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
             if (
                 alive[t]
-                and (fresh[a] or fresh[b] or fresh[c])
-                and max(loose[a], max(loose[b], loose[c])) > 0
                 and _is_bad(position, faces, facing, t, tiny)
                 and _mend(position, faces, facing, loose, alive, head, following, t, order, shift, tiny, short, fold)
             ):
-                mended = True
-                changed[a], changed[b], changed[c] = True, True, True
-        if not mended:
+                for v in (a, b, c):
+                    after = _enter(faces, loose, head, following, v, number, seen, coming, after)
+        if after == 0:
             break
-        fresh[:], changed[:] = changed, False
+        coming[:after].sort()
+        queue, coming, count = coming, queue, after
     return alive
 
 

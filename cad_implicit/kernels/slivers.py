@@ -61,26 +61,37 @@ def _height(p, point, a, b, c):
 
 @jit
 def _link(faces, count):
-    """First corner (V,) of each vertex and the next corner (3 F,) of the same vertex, -1 at the end."""
+    """First corner (V,) of each vertex; next and previous corner (3 F, 2) of the same vertex, -1 at the ends.
+
+    Where seams run through large faces, thousands of triangles fan out from one vertex: nothing may walk through all of
+    them for each triangle.
+    """
     head = np.full(count, -1, np.int32)
-    following = np.empty(3 * len(faces), np.int32)
+    following = np.empty((3 * len(faces), 2), np.int32)
     for t in range(len(faces) - 1, -1, -1):
         for c in range(3):
-            v = faces[t, c]
-            following[3 * t + c] = head[v]
-            head[v] = 3 * t + c
+            _put_first(head, following, faces[t, c], 3 * t + c)
     return head, following
 
 
 @jit
+def _put_first(head, following, vertex, corner):
+    first = head[vertex]
+    following[corner, 0], following[corner, 1] = first, -1
+    if first >= 0:
+        following[first, 1] = corner
+    head[vertex] = corner
+
+
+@jit
 def _unlink(head, following, vertex, corner):
-    if head[vertex] == corner:
-        head[vertex] = following[corner]
-        return
-    at = head[vertex]
-    while following[at] != corner:
-        at = following[at]
-    following[at] = following[corner]
+    after, before = following[corner, 0], following[corner, 1]
+    if before < 0:
+        head[vertex] = after
+    else:
+        following[before, 0] = after
+    if after >= 0:
+        following[after, 1] = before
 
 
 @jit
@@ -88,29 +99,32 @@ def _replace(faces, head, following, corner, vertex):
     """Give a corner another vertex."""
     _unlink(head, following, faces[corner // 3, corner % 3], corner)
     faces[corner // 3, corner % 3] = vertex
-    following[corner] = head[vertex]
-    head[vertex] = corner
+    _put_first(head, following, vertex, corner)
 
 
 @jit
-def _valence(head, following, vertex):
+def _few(head, following, vertex):
+    """Whether a vertex has less than four triangles."""
     n = 0
     corner = head[vertex]
-    while corner >= 0:
+    while corner >= 0 and n < 4:
         n += 1
-        corner = following[corner]
-    return n
+        corner = following[corner, 0]
+    return n < 4
 
 
 @jit
 def _joined(faces, head, following, u, v):
-    """Whether an edge joins two vertices."""
-    corner = head[u]
-    while corner >= 0:
-        t = corner // 3
+    """Whether an edge joins two vertices; looks through the triangles of both in step."""
+    one, other = head[u], head[v]
+    while one >= 0 and other >= 0:
+        t = one // 3
         if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
             return True
-        corner = following[corner]
+        t = other // 3
+        if faces[t, 0] == u or faces[t, 1] == u or faces[t, 2] == u:
+            return True
+        one, other = following[one, 0], following[other, 0]
     return False
 
 
@@ -125,9 +139,9 @@ def _may_merge(faces, head, following, u, v):
         w = faces[t, (c + 1) % 3]
         if w != v and _joined(faces, head, following, v, w):
             common += 1
-            if common > 2 or _valence(head, following, w) < 4:
+            if common > 2 or _few(head, following, w):
                 return False
-        corner = following[corner]
+        corner = following[corner, 0]
     return common == 2
 
 
@@ -141,7 +155,7 @@ def _merge_gain(p, faces, facing, rank, head, following, u, v, spacing):
     while corner >= 0:
         t, c = corner // 3, corner % 3
         before = min(before, _quality(p, faces[t, 0], faces[t, 1], faces[t, 2], facing[t]))
-        corner = following[corner]
+        corner = following[corner, 0]
     allowed = spacing * (_SHARP_SHIFT if rank[u] > 1 else _SMOOTH_SHIFT) * (2 if before < 0 else 1)
     corner = head[u]
     while corner >= 0:
@@ -151,7 +165,7 @@ def _merge_gain(p, faces, facing, rank, head, following, u, v, spacing):
             after = min(after, _quality(p, v, a, b, facing[t]))
             if after <= before or _height(p, u, v, a, b) > allowed:
                 return -1.0
-        corner = following[corner]
+        corner = following[corner, 0]
     return after - before
 
 
@@ -160,7 +174,7 @@ def _merge(faces, alive, head, following, u, v):
     """Move u to v, deleting the two triangles between."""
     corner = head[u]
     while corner >= 0:
-        after = following[corner]
+        after = following[corner, 0]
         t, c = corner // 3, corner % 3
         if faces[t, (c + 1) % 3] == v or faces[t, (c + 2) % 3] == v:
             alive[t] = False
@@ -169,8 +183,7 @@ def _merge(faces, alive, head, following, u, v):
                     _unlink(head, following, faces[t, d], 3 * t + d)
         else:
             faces[t, c] = v
-            following[corner] = head[v]
-            head[v] = corner
+            _put_first(head, following, v, corner)
         corner = after
     head[u] = -1
 
@@ -179,12 +192,15 @@ def _merge(faces, alive, head, following, u, v):
 def _across(faces, head, following, t, c):
     """Corner opposite to corner c of triangle t in the triangle on the other side of the edge, or -1."""
     a, b = faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
-    corner = head[b]
-    while corner >= 0:
-        s, e = corner // 3, corner % 3
+    one, other = head[a], head[b]
+    while one >= 0 and other >= 0:
+        s, e = one // 3, one % 3
+        if faces[s, (e + 2) % 3] == b:
+            return 3 * s + (e + 1) % 3
+        s, e = other // 3, other % 3
         if faces[s, (e + 1) % 3] == a:
             return 3 * s + (e + 2) % 3
-        corner = following[corner]
+        one, other = following[one, 0], following[other, 0]
     return -1
 
 
@@ -212,7 +228,7 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
         return False
     if top == bottom or _joined(faces, head, following, top, bottom):
         return False
-    if _valence(head, following, a) < 4 or _valence(head, following, b) < 4:
+    if _few(head, following, a) or _few(head, following, b):
         return False
     before, after = 2.0, 2.0
     corners = ((top, a, b, t), (bottom, b, a, s), (top, a, bottom, s), (top, bottom, b, s))

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .booleans import Boolean
-from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError
 from .exact import surface_of
 from .field import Field
 from .implicit import Implicit, polished
-from .local_blend import LocalBlend
+from .local_blend import LocalBlend, is_sound
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .sizing import check_bounded
@@ -78,7 +77,7 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
-    if isinstance(shape, LocalBlend) and h == shape.spacing and _is_sound(shape.parent):
+    if isinstance(shape, LocalBlend) and h == shape.spacing and is_sound(shape.parent):
         return shape.mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
@@ -94,11 +93,6 @@ def _cheapest(shape: Implicit) -> Implicit:
         joined.first, joined.second = _cheapest(shape.first), _cheapest(shape.second)
         return joined
     return surface_of(shape)
-
-
-def _is_sound(part: MeshDistance) -> bool:
-    """Whether the triangles of a part bound it: none is missing, none lies inside."""
-    return part.sign == "pseudonormal" and part.mesh.is_watertight
 
 
 def _marching_cubes(field: Field) -> Mesh:

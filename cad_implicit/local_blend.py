@@ -43,6 +43,9 @@ _FINEST = 4.0
 #: How far free-form faces are continued, in radii.
 REACH = 8.0
 
+#: Angle in degrees between faces below which strips are taken to be no wider.
+_SHARPEST = 2.0
+
 #: Relative width at which the search for the largest radius ends.
 _RADIUS_FOUND = 1e-4
 
@@ -174,12 +177,13 @@ def blend_edges(
     choices = choose(opened, found, edges, radius, second=second, chamfer=chamfer, tangent=tangent, kinds=kinds)
     radii = [_largest(choice) for choice in choices]
     smallest, largest = min(min(_range(choice)) for choice in choices), max(radii)
-    h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance)
+    known = None if opened.triangles is None else MeshDistance(opened.triangles, threads=threads)
+    area = strip_area(choices) if known is None or is_sound(known) else None
+    h = sizing.choose_spacing(opened.bounds, smallest, engine="exact", spacing=spacing, tolerance=tolerance, area=area)
     progress("spines", 0.0)
     faces = PartFaces(opened, REACH * largest, found)
     margin = max(SPACINGS * h, _MARGIN_RADII * largest)
-    mesh = opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h)
-    distance = MeshDistance(mesh, threads=threads)
+    distance = known or MeshDistance(opened.mesh(sizing.TESSELLATION_PER_SPACING["exact"] * h), threads=threads)
     try:
         laid = lay_out(choices, faces, found, margin, distance)
     except RadiusError as error:
@@ -193,6 +197,22 @@ def blend_edges(
     if not removed and not added:
         raise RadiusError("nothing is left to blend: all edges are shorter than their corners")
     return LocalBlend(distance, removed, added, h, laid, choices, opened, faces)
+
+
+def is_sound(part: MeshDistance) -> bool:
+    """Whether the triangles of a part bound it: none is missing, none lies inside."""
+    return part.sign == "pseudonormal" and part.mesh.is_watertight
+
+
+def strip_area(choices: Sequence[Choice]) -> float:
+    """Surface in mm² of the strips along edges, nearly: all that is contoured for blends of a sound part."""
+    total = 0.0
+    for choice in choices:
+        radius = _largest(choice)
+        opening = np.radians(np.clip(np.minimum(choice.edge.angles, 360 - choice.edge.angles), _SHARPEST, 180.0))
+        girth = 2 / np.tan(opening / 2) + np.pi - opening
+        total += (choice.edge.length + 2 * radius) * radius * float(girth.mean())
+    return total
 
 
 def max_radius(part: Any, edges: Edges = "all", *, tangent: bool = True) -> float:

@@ -14,6 +14,7 @@ from .cad.edges import Edge, part_edges
 from .choices import Edges, choose
 from .contouring import contour
 from .errors import GeometryWarning, RadiusError, RefusedError
+from .local_blend import is_sound, strip_area
 from .local_ops import KINDS, blend
 from .mesh import Mesh
 from .outcome import Clock, Outcome, leaks, plain
@@ -73,7 +74,8 @@ def run_local(
             leak = leaks(before, force=True)
         if leak:
             leak.append("all of the part was contoured anew, not only its blends")
-            sizing.check_triangles(before.area, result.spacing, force=force)
+        area = strip_area(result.choices) if is_sound(result.parent) else before.area
+        sizing.check_triangles(area, result.spacing, force=force)
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)
         if simplify is not None:

@@ -11,7 +11,9 @@ import shapes
 import trimesh
 
 import cad_implicit as ci
-from cad_implicit.errors import RadiusError, RefusedError, SelectorError
+from cad_implicit import sizing
+from cad_implicit.errors import GeometryWarning, MemoryLimitError, RadiusError, RefusedError, SelectorError
+from cad_implicit.local_blend import strip_area
 
 #: Area between a right angle and the arc of radius 1 that rounds it.
 SPANDREL = 1 - np.pi / 4
@@ -237,6 +239,28 @@ def test_job_on_a_part_that_leaks(block: ci.Mesh) -> None:
     assert "winding numbers" in outcome.warnings[0]
     assert "contoured anew" in outcome.warnings[1]
     assert outcome.mesh.is_watertight
+
+
+def test_small_radius_on_a_large_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only the strips count: the box of the part would take 200 GiB."""
+    monkeypatch.setattr(sizing, "available_memory", lambda: 2**33)
+    size = np.array([300.0, 200, 100])
+    raw = trimesh.creation.box(size)
+    part = ci.Mesh(shapes.placed(raw.vertices), raw.faces)
+    blend = ci.round(part, 0.3, edges="all")
+    assert blend.spacing == pytest.approx(0.05)
+    around = strip_area(blend.choices)
+    assert around == pytest.approx(2400 * 0.3 * (2 + np.pi / 2), rel=0.01)
+    with pytest.raises(MemoryLimitError, match=r"needs .* GiB, but 8.0 GiB may be used; use a spacing of 0.0") as error:
+        ci.round(part, 0.3, edges="all", spacing=0.01)
+    fits = float(str(error.value).split("spacing of ")[2].split(" mm")[0])
+    assert ci.round(part, 0.3, edges="all", spacing=fits).spacing == fits
+    leaky = ci.Mesh(part.vertices, part.faces[:-1])
+    with pytest.warns(GeometryWarning, match="not closed"):
+        assert ci.round(leaky, 0.3, edges="convex").spacing > 0.1
+    monkeypatch.setattr(sizing, "TRIANGLE_LIMIT", 10**5)
+    with pytest.raises(RefusedError, match="million triangles"):
+        ci.run(part, "round", 0.3, edges="all")
 
 
 @pytest.mark.host

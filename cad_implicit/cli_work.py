@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -54,16 +55,39 @@ def work(
             progress=progress,
             **options,
         )
-        result = outcome.result_for(output.suffix, progress)
-        progress("write", 0.0)
-        save(result, output)
+        late: list[str] = []
+        with told(late):
+            result = outcome.result_for(output.suffix, progress)
+            progress("write", 0.0)
+            save(result, output)
         progress("write", 1.0)
     solid = result if isinstance(result, SolidPart) else None
     if json:
-        figures = {} if solid is None else {"solid": solid.as_dict()}
-        show({"output": str(output), **outcome.as_dict(), **figures, "input": str(part)}, json)
+        figures: dict[str, Any] = {} if solid is None else {"solid": solid.as_dict()}
+        figures = {"output": str(output), **outcome.as_dict(), **figures, "input": str(part)}
+        show({**figures, "warnings": [*outcome.warnings, *late]}, json)
     elif not quiet:
         _summary(outcome, output, solid)
+
+
+@contextmanager
+def told(texts: list[str]) -> Iterator[None]:
+    """Say at once on standard error what the library warns of, and keep it."""
+    from .errors import GeometryWarning
+
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def tell(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if issubclass(category, GeometryWarning):
+                typer.echo(f"warning: {message}", err=True)
+                texts.append(str(message))
+            else:
+                usual(message, category, *where, **more)
+
+        warnings.simplefilter("always", GeometryWarning)
+        warnings.showwarning = tell
+        yield
 
 
 def _summary(outcome: Outcome, output: Path, solid: SolidPart | None) -> None:

@@ -13,7 +13,7 @@ import trimesh
 import cad_implicit.cad as cad
 from cad_implicit import Mesh
 from cad_implicit.cad import save, to_mesh
-from cad_implicit.errors import FileFormatError, InvalidMeshError, NoSolidError, OpenMeshError
+from cad_implicit.errors import FileFormatError, GeometryWarning, InvalidMeshError, NoSolidError, OpenMeshError
 
 pytest.importorskip("OCP", reason="needs CadQuery or build123d")
 pytestmark = pytest.mark.host
@@ -245,6 +245,32 @@ def test_marching_cubes_with_slivers_becomes_a_solid(tmp_path: Path) -> None:
     again = to_mesh(path)
     assert again.is_watertight
     assert again.volume == pytest.approx(mesh.volume, rel=1e-6)
+
+
+def test_holes_in_faces(tmp_path: Path) -> None:
+    """A plate with through holes, cut by a mesh: two faces with six holes each, one edge for each side."""
+    from OCP.TopAbs import TopAbs_EDGE, TopAbs_WIRE
+
+    tools = [
+        trimesh.creation.cylinder(1.5, 9, sections=24).apply_translation((x, y, 0)) for x in (-6, 0, 6) for y in (-4, 4)
+    ]
+    plate = trimesh.boolean.difference([trimesh.creation.box((24, 17, 3)), *tools], engine="manifold")
+    mesh = Mesh(plate.vertices, plate.faces).transformed(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))
+    shape = occ_files.read(save(mesh, tmp_path / "a.step"))
+    assert occ.is_valid(shape)
+    assert occ.volume(shape) == pytest.approx(mesh.volume, rel=1e-9)
+    assert occ.area(shape) == pytest.approx(mesh.area, rel=1e-9)
+    counts = [occ.shape_map(shape, kind).Extent() for kind in (occ.TopAbs_FACE, TopAbs_WIRE, TopAbs_EDGE)]
+    assert counts == [6 + 6 * 24, 6 + 6 * 24 + 12, 12 + 6 * 3 * 24]
+
+
+def test_the_cost_is_told_before_it_is_paid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from cad_implicit.cad import occ_facets
+
+    raw = trimesh.creation.icosphere(subdivisions=2, radius=7.3)
+    monkeypatch.setattr(occ_facets, "_MANY", 300)
+    with pytest.warns(GeometryWarning, match=r"solid of 320 plane faces .* s, and .* MB as STEP: .*tolerance"):
+        save(Mesh(raw.vertices, raw.faces), tmp_path / "a.step")
 
 
 def test_what_cannot_be_a_solid_is_refused_and_nothing_written(tmp_path: Path) -> None:

@@ -20,11 +20,12 @@ from .weld import groups
 
 try:
     from OCP.Bnd import Bnd_Box
-    from OCP.BRep import BRep_Builder
+    from OCP.BRep import BRep_Builder, BRep_Tool
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
+    from OCP.Geom import Geom_Plane
     from OCP.GProp import GProp_GProps
     from OCP.Message import Message
     from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
@@ -157,6 +158,12 @@ def area(shape: Shape) -> float:
 def count_faces(shape: Shape) -> int:
     """Count the distinct faces of a shape."""
     return int(shape_map(shape, TopAbs_FACE).Extent())
+
+
+def only_planes(shape: Shape) -> bool:
+    """Whether all faces of a shape are plane."""
+    faces = map(as_face, distinct(shape, TopAbs_FACE))
+    return all(isinstance(BRep_Tool.Surface_s(face), Geom_Plane) for face in faces)
 
 
 def is_valid(shape: Shape) -> bool:

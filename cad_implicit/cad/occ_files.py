@@ -21,7 +21,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from cad_implicit.errors import FileFormatError
 
-from .occ import Shape, silence
+from .occ import Shape, only_planes, silence
 
 #: The last shape's end, and the reference to the shape that the file is about.
 _BREP_END = re.compile(rb"\*\s+[+-]\d+\s+\d+\s*$")
@@ -150,7 +150,11 @@ def write(shape: Shape, path: Path, name: str, time: str) -> None:
 
 def _write_step(shape: Shape, path: Path, name: str, time: str) -> bool:
     writer = STEPControl_Writer()
-    with _setting("write.step.unit", "MM"), _setting("xstep.cascade.unit", "MM"):
+    with (
+        _setting("write.step.unit", "MM"),
+        _setting("xstep.cascade.unit", "MM"),
+        _setting("write.surfacecurve.mode", "Off" if only_planes(shape) else "On"),
+    ):
         if writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone:
             return False
     model = writer.Model()

@@ -140,6 +140,27 @@ def closer(mesh: Mesh) -> Mesh:
     return near if near.open_edges < mesh.open_edges else mesh
 
 
+def parted(mesh: Mesh) -> Mesh:
+    """Mesh in which shells that touch in single vertices have vertices of their own; the same mesh if none do.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed.
+    """
+    corners = mesh.faces.ravel().astype(np.int64)
+    order = np.argsort(
+        np.minimum(corners, ahead := np.roll(mesh.faces, -1, axis=1).ravel()) * len(mesh.vertices)
+        + np.maximum(corners, ahead),
+        kind="stable",
+    )
+    shell, _ = groups(len(mesh.faces), (order // 3).reshape(-1, 2))
+    pairs, label = np.unique(corners * len(mesh.faces) + np.repeat(shell, 3), return_inverse=True)
+    if len(pairs) == len(np.unique(corners)):
+        return mesh
+    return Mesh(mesh.vertices[pairs // len(mesh.faces)], label.reshape(-1, 3), mesh.face_ids, mesh.source)
+
+
 def outward(mesh: Mesh) -> Mesh:
     """Mesh with all triangles turned if it encloses a negative volume; else the same mesh."""
     return mesh if mesh.volume >= 0 else Mesh(mesh.vertices, mesh.faces[:, ::-1], mesh.face_ids, mesh.source)

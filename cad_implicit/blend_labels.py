@@ -137,12 +137,20 @@ def _cost(mesh: Mesh, triangles: NDArray[np.intp], surface: Outward, spacing: fl
     facing = np.where(tiny, 1.0, facing)
     good = (off < _ON) & (facing > _FACING)
     across = ~good & (off < _ACROSS)
-    cost[some[across]] = _LAST + off[across] + _TURN * (1 - facing[across])
-    cost[some[good]] = off[good] + _TURN * (1 - facing[good])
-    if isinstance(surface.surface, StripSurface | StripPiece | CornerSurface | FlatSurface) and good.any():
-        beyond = surface.surface.beyond(mesh.vertices[corners[some[good]]].mean(axis=1))
-        cost[some[good]] += _BEYOND * np.maximum(beyond, 0.0) / spacing
+    own = np.full(len(some), np.inf)
+    own[across] = _LAST + off[across] + _TURN * (1 - facing[across])
+    own[good] = off[good] + _TURN * (1 - facing[good])
+    fit = np.flatnonzero(good | across)
+    own[fit] += _BEYOND * _beyond(surface, mesh.vertices[corners[some[fit]]].mean(axis=1)) / spacing
+    cost[some] = own
     return cost
+
+
+def _beyond(surface: Outward, points: FloatArray) -> FloatArray:
+    """How far (N,) points (N, 3) are beyond the borders of a surface in mm, 0 within."""
+    if not isinstance(surface.surface, StripSurface | StripPiece | CornerSurface | FlatSurface) or len(points) == 0:
+        return np.zeros(len(points))
+    return np.maximum(surface.surface.beyond(points), 0.0)
 
 
 def _without_crumbs(
@@ -171,8 +179,9 @@ def _without_crumbs(
                 if beside[target + 1] == 0 or target < 0 or target == own[one]:
                     continue
                 face = Outward(faces.face(target + 1), -1.0) if target < count else surfaces[target - count]
-                value = face.value_and_normal(mesh.vertices[np.unique(mesh.faces[inside])])[0]
-                if float(np.abs(value).max()) < _ON * h:
+                points = mesh.vertices[np.unique(mesh.faces[inside])]
+                value = face.value_and_normal(points)[0]
+                if float(np.abs(value).max()) < _ON * h and float(_beyond(face, points).min()) < h:
                     labels[inside] = target
                     changed = True
                     break

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
 from .blend_labels import Faces, Outward
@@ -44,6 +44,13 @@ _TINY = 8.0
 
 #: Fewest and most points by which curves are made at which surfaces cross.
 _CROSSING = (9, 65)
+
+#: Gaps between points of these wider than so many spacings are filled, by steps of so many.
+_GAP = 1.2
+_STEP = 0.3
+
+#: Points on them are looked for within so many spacings of a spline.
+_REACH = 0.05
 
 #: Rings are cut at these shares of their way.
 _CUTS = (0.21, 0.71)
@@ -196,7 +203,7 @@ class Outliner:
         """Patches that go around, and the ways and vertices on both borders at which they are cut."""
         found = []
         for label, loops in zip(patches.labels, patches.loops, strict=True):
-            if label < self.count or len(loops) != 2:
+            if label < self.count or len(loops) not in (1, 2):
                 continue
             surface = self.surfaces[label - self.count].surface
             if not isinstance(surface, StripSurface) or not surface.closed:
@@ -218,8 +225,8 @@ class Outliner:
                     ]
                     side = int(np.argmin([n.min() for n in near]))
                     both.append(int(vertices[int(near[side].argmin())]))
-                cuts.append((way, both[0], both[1]))
-            if len({v for cut in cuts for v in cut[1:]}) == 4:
+                cuts.append((way, both[0], both[-1]))
+            if len({v for cut in cuts for v in cut[1:]}) == 2 * len(loops):
                 found.append((int(label), cuts, surface))
         return found
 
@@ -280,8 +287,11 @@ class Outliner:
                     best = (away, curve)
         return None if best is None else best[1]
 
-    def _crossing_points(self, labels: Sequence[int], points: FloatArray) -> FloatArray:
-        """Points (N, 3) where two surfaces cross, near given ones."""
+    def _crossing_points(self, labels: Sequence[int], points: FloatArray, reach: float = np.inf) -> FloatArray:
+        """Points (N, 3) where two surfaces cross, near given ones; these themselves if those are farther than a reach.
+
+        Where two surfaces cross at a small angle another branch of their curve may be near.
+        """
         x = points.copy()
         a, b = (self.surface(label) for label in labels)
         for _ in range(12):
@@ -293,6 +303,8 @@ class Outliner:
             x += move * np.minimum(1.0, self.h / np.maximum(size, 1e-300))
             if float(size.max(initial=0.0)) < 1e-11:
                 break
+        astray = np.linalg.norm(x - points, axis=1) > reach
+        x[astray] = points[astray]
         return x
 
     # --- vertices
@@ -392,25 +404,27 @@ class Outliner:
         self, start: int, end: int, labels: list[int], inner: FloatArray, points: FloatArray
     ) -> Border:
         """Border where two surfaces cross, by the length of its polyline."""
-        rough = np.concatenate([points[[start]], self._crossing_points(labels, inner), points[[end]]])
-        rough = self._onward(rough, labels)
+        off = np.max([np.abs(self.surface(label).value_and_normal(inner)[0]) for label in labels], axis=0)
+        inner = self._crossing_points(labels, inner[off < _ON * self.h])
+        rough = self._onward(np.concatenate([points[[start]], inner, points[[end]]]), labels)
+        rough = self._filled(rough, labels)
         if _lengths(rough)[-1] < _POINT * self.h:
             return Border(start, end, _straight(rough[0], rough[-1]), np.array([0.0, 1.0]))
         count = int(np.clip(len(rough), _CROSSING[0], _CROSSING[1]))
-        for degree in (1, 3):
+        for shape in (PchipInterpolator, CubicSpline):  # the first does not swing where points are far apart
             length = _lengths(rough)
-            even = make_interp_spline(length, rough, k=degree)(np.linspace(0.0, length[-1], count))
-            even[1:-1] = self._crossing_points(labels, even[1:-1])
+            even = shape(length, rough)(np.linspace(0.0, length[-1], count))
+            even[1:-1] = self._crossing_points(labels, even[1:-1], _REACH * self.h)
             even[[0, -1]] = rough[[0, -1]]
             rough = even
         length = _lengths(rough)
-        spline = make_interp_spline(length, rough, k=3)
+        spline = CubicSpline(length, rough)
 
         def place(ways: FloatArray) -> FloatArray:
             x = np.asarray(spline(ways))
             inside = (ways > length[0]) & (ways < length[-1])
             if inside.any():
-                x[inside] = self._crossing_points(labels, x[inside])
+                x[inside] = self._crossing_points(labels, x[inside], _REACH * self.h)
             return x
 
         return Border(start, end, place, length[[0, -1]])
@@ -431,6 +445,36 @@ class Outliner:
                 kept.append(place)
         return np.asarray(points[[*kept, last]])
 
+    def _filled(self, points: FloatArray, labels: Sequence[int]) -> FloatArray:
+        """Fill wide gaps by following the curve where two surfaces cross from where they cross at the wider angle."""
+        n, m = (self.surface(label).value_and_normal(points)[1] for label in labels)
+        width = np.linalg.norm(np.cross(n, m), axis=1)
+        result = [points[:1]]
+        for place, gap in enumerate(np.linalg.norm(np.diff(points, axis=0), axis=1).tolist()):
+            a, b = points[place], points[place + 1]
+            if gap > _GAP * self.h:
+                forward = bool(width[place] >= width[place + 1])
+                between = self._followed(a if forward else b, b if forward else a, labels)
+                result.append(between if forward else between[::-1])
+            result.append(b[None])
+        return np.concatenate(result)
+
+    def _followed(self, start: FloatArray, end: FloatArray, labels: Sequence[int]) -> FloatArray:
+        """Points (N, 3) of a curve from one point on it towards another, without both."""
+        step = _STEP * self.h
+        x, ahead, found = start[None], end - start, []
+        for _ in range(int(4 * np.linalg.norm(ahead) / step) + 1):
+            n, m = (self.surface(label).value_and_normal(x)[1][0] for label in labels)
+            along = np.cross(n, m)
+            size = float(np.linalg.norm(along))
+            if size < 1e-9 or float(np.linalg.norm(end - x[0])) < 1.5 * step:
+                break
+            along *= np.sign(along @ ahead) / size
+            x = self._crossing_points(labels, x + step * along)
+            ahead = along
+            found.append(x[0])
+        return np.array(found).reshape(-1, 3)
+
     @staticmethod
     def _turn(points: FloatArray, along: FloatArray) -> float:
         """Whether a curve runs along its directions, as most of its pieces do."""
@@ -446,8 +490,11 @@ class Outliner:
         index: dict[int, int],
     ) -> None:
         for label, cuts, surface in rings:
-            face = next((f for f in outline.faces if f.label == label and len(f.loops) == 2), None)
+            face = next((f for f in outline.faces if f.label == label), None)
             if face is None:
+                continue
+            if len(face.loops) == 1:
+                self._cut_cap(outline, face, [index[cut[1]] for cut in cuts], [cut[0] for cut in cuts], surface)
                 continue
             one = [(index[cut[1]], index[cut[2]], cut[0]) for cut in cuts]
             first, second = face.loops
@@ -466,6 +513,28 @@ class Outliner:
             for i in (0, 1):
                 loop = [*parts[i], (arcs[1 - i], True), *other[i], (arcs[i], False)]
                 outline.faces.append(Outlined(label, face.patch, [loop]))
+
+    def _cut_cap(
+        self, outline: Outline, face: Outlined, ends: list[int], ways: list[float], surface: StripSurface
+    ) -> None:
+        """Cut a cap, whose other rim is a point, by a curve through that."""
+        rims = [curve.at(np.array(ways[:1]))[0] for curve in surface.curves[:2]]
+        turned = bool(
+            np.linalg.norm(rims[0] - outline.points[ends[0]]) > np.linalg.norm(rims[1] - outline.points[ends[0]])
+        )
+        there, back = (_section(surface, way, turned) for way in ways)
+
+        def place(shares: FloatArray) -> FloatArray:
+            x = 2 * np.asarray(shares)
+            return np.where((x < 1)[:, None], there(np.minimum(x, 1.0)), back(np.minimum(2 - x, 1.0)))
+
+        number = len(outline.borders)
+        outline.borders.append(Border(ends[0], ends[1], place, np.array([0.0, 0.5, 1.0])))
+        loop = face.loops[0]
+        outline.faces.remove(face)
+        for i, forward in ((0, False), (1, True)):
+            part = _between(outline.borders, loop, ends[i], ends[1 - i])
+            outline.faces.append(Outlined(face.label, face.patch, [[*part, (number, forward)]]))
 
     def _add_seams(self, outline: Outline, index: dict[int, int]) -> None:
         """Add to faces of the part that meet themselves what is left of their seams."""

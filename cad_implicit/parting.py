@@ -76,6 +76,8 @@ def to_part(
             return _exact(result, mesh, name or result.part.name, progress)
         except InvalidMeshError as error:
             why = str(error)
+        except Exception as error:  # the kernel raises its own family of errors, which differs between versions
+            why = f"{type(error).__name__}: {error}"
     if tolerance is not None:
         mesh = simplify(mesh, tolerance)
     return solid_of(mesh, name=name, why=why, progress=progress)

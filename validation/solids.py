@@ -25,7 +25,7 @@ from cad_implicit.cad.parts import open_part
 from cad_implicit.local_blend import LocalBlend, blend_edges
 from cad_implicit.parting import to_part
 
-from .exact_blends import exact_blend
+from cad_implicit.cad.occ_exact import exact_blend
 from .local_checks import Worker, numbers_in
 from .local_parts import Triple, sizes_of, turned_by
 from .local_triples import NAMED, TRIPLES

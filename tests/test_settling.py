@@ -8,6 +8,7 @@ import trimesh
 import cad_implicit as ci
 from cad_implicit.mesh import Mesh
 from cad_implicit.settling import settled
+from validation.intersections import count_intersections
 
 
 def ball(radius: float = 5.0) -> Mesh:
@@ -44,3 +45,26 @@ def test_where_all_moves_would_fold_nothing_moves() -> None:
     done = settled(off, ci.sphere(5.0), Mesh(true.vertices, true.faces), spacing)
     assert np.isfinite(done.vertices).all()
     assert np.linalg.norm(done.vertices - vertices, axis=1).max() < 0.3 * spacing
+
+
+def test_vertices_too_far_off_to_be_moved_go() -> None:
+    true, spacing, sphere = ball(), 0.7, ci.sphere(5.0)
+    vertices = true.vertices.copy()
+    chosen: list[int] = []
+    for vertex in np.random.default_rng(5).permutation(len(vertices)).tolist():
+        beside = around(true, vertex)
+        if len(chosen) < 20 and not set(beside) & set(around(true, *chosen)):
+            chosen.append(vertex)
+            vertices[vertex] *= 1 + 0.4 * spacing / 5.0
+    off = Mesh(vertices, true.faces, np.arange(len(true.faces), dtype=np.int32))
+    done = settled(off, sphere, ball(2.0), spacing)
+    assert done.is_watertight
+    assert len(done.faces) == len(true.faces) - 2 * len(chosen)
+    assert np.abs(sphere(done.vertices)).max() < 1e-9
+    assert count_intersections(done) == 0
+    kept = ~np.isin(true.faces, chosen).any(axis=1)
+    assert (done.face_ids[: kept.sum()] == np.flatnonzero(kept)).all()  # type: ignore[index]
+
+
+def around(mesh: Mesh, *vertices: int) -> list[int]:
+    return np.unique(mesh.faces[np.isin(mesh.faces, vertices).any(axis=1)]).tolist()

@@ -39,22 +39,17 @@ def work(
     with errors(), progress_bar(quiet or json) as progress:
         from .cad import check_output, save
         from .cad.solids import SolidPart
+        from .cli_assembly import assembly_for, work_parts
         from .job import run
 
         check_output(output)
-        outcome = run(
-            part,
-            operation,
-            amount,
-            spacing=spacing,
-            tolerance=tolerance,
-            engine=engine,  # type: ignore[arg-type]
-            simplify=simplify,
-            force=force,
-            threads=threads,
-            progress=progress,
-            **options,
-        )
+        given: dict[str, Any] = {"spacing": spacing, "tolerance": tolerance, "engine": engine, "simplify": simplify}
+        given |= {"force": force, "threads": threads, "progress": progress, **options}
+        assembly = assembly_for(part, output, progress)
+        if assembly is not None:
+            work_parts(assembly, operation, amount, part, output, quiet=quiet, json=json, **given)
+            return
+        outcome = run(part, operation, amount, **given)
         late: list[str] = []
         with told(late):
             result = outcome.result_for(output.suffix, progress)

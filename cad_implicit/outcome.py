@@ -11,7 +11,7 @@ from typing import Any
 
 from . import sizing
 from .cad.files import BREP_EXTENSIONS, FIELD_EXTENSIONS
-from .cad.solids import SolidPart
+from .cad.solids import SolidPart, described
 from .errors import OpenMeshError
 from .field import Field, sample
 from .implicit import Implicit
@@ -73,7 +73,7 @@ class Outcome:
         if suffix.lower() in FIELD_EXTENSIONS:
             return self.field()
         if suffix.lower() in BREP_EXTENSIONS:
-            return to_part(self.shape, mesh=self.mesh, progress=progress)
+            return described(to_part(self.shape, mesh=self.mesh, progress=progress), self.before.source)
         return self.mesh
 
     def as_dict(self) -> dict[str, Any]:

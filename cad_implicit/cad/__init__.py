@@ -3,6 +3,7 @@
 Importing this package imports neither a host nor OCP; they are imported when a B-rep is met.
 """
 
+from .assemblies import Assembly, open_assembly
 from .files import (
     FIELD_EXTENSIONS,
     INPUT_EXTENSIONS,
@@ -20,9 +21,11 @@ __all__ = [
     "INPUT_EXTENSIONS",
     "OUTPUT_EXTENSIONS",
     "PART_EXTENSIONS",
+    "Assembly",
     "OpenPart",
     "check_output",
     "check_suffix",
+    "open_assembly",
     "open_part",
     "readable",
     "save",

@@ -18,7 +18,8 @@ from cad_implicit.mesh import Mesh
 
 from .weld import welded
 
-BREP_EXTENSIONS = (".step", ".stp", ".brep")
+STEP_EXTENSIONS = (".step", ".stp")
+BREP_EXTENSIONS = (*STEP_EXTENSIONS, ".brep")
 MESH_EXTENSIONS = (".stl", ".3mf", ".obj", ".ply")
 FIELD_EXTENSIONS = (".npz", ".vti", ".nrrd")
 #: Suffixes that :func:`cad_implicit.cad.to_mesh` reads.

@@ -15,13 +15,15 @@ from OCP.BRep import BRep_Builder
 from OCP.BRepTools import BRepTools
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Interface import Interface_Static
-from OCP.STEPControl import STEPControl_AsIs, STEPControl_Reader, STEPControl_Writer
+from OCP.STEPCAFControl import STEPCAFControl_Reader, STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_AsIs
 from OCP.TCollection import TCollection_HAsciiString
 from OCP.TopoDS import TopoDS_Shape
 
 from cad_implicit.errors import FileFormatError
 
 from .occ import Shape, only_planes, silence
+from .occ_products import Colour, Product, new_document, single
 
 #: The last shape's end, and the reference to the shape that the file is about.
 _BREP_END = re.compile(rb"\*\s+[+-]\d+\s+\d+\s*$")
@@ -39,22 +41,33 @@ def read(path: Path) -> Shape:
     FileFormatError
         If the file is cut short, corrupt, or of another kind than its suffix says.
     """
+    return read_product(path).shape
+
+
+def read_product(path: Path) -> Product:
+    """Shape of a STEP or BREP file in mm, and what a STEP file says of it.
+
+    Raises
+    ------
+    FileFormatError
+        As :func:`read`.
+    """
     step = path.suffix.lower() in (".step", ".stp")
     try:
         with silence():
-            shape = _read_step(path) if step else _read_brep(path)
+            product = _read_step(path) if step else Product(_read_brep(path))
     except FileFormatError:
         raise
     except Exception as error:  # OCP raises its own family of errors, which differs between versions
         raise FileFormatError(f"{path} cannot be read ({type(error).__name__}); export it again") from error
-    if shape is None or shape.IsNull():
+    if product.shape is None or product.shape.IsNull():
         raise FileFormatError(
             f"{path} holds no shape, or a corrupt one ({path.stat().st_size:,} bytes); export it again"
         )
-    return shape
+    return product
 
 
-def _read_step(path: Path) -> Shape | None:
+def _read_step(path: Path) -> Product:
     with path.open("rb") as file:
         start = file.read(1024)
         file.seek(max(0, path.stat().st_size - 4096))
@@ -66,15 +79,18 @@ def _read_step(path: Path) -> Shape | None:
     if b"END-ISO-10303-21" not in end:
         size = path.stat().st_size
         raise FileFormatError(f"{path} is cut short: END-ISO-10303-21 is missing after {size:,} bytes; export it again")
-    reader = STEPControl_Reader()
+    reader, document = STEPCAFControl_Reader(), new_document()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
-        return None
-    faults = _faults(reader)
+        return Product(None)
+    control = reader.ChangeReader()
+    faults = _faults(control)
     if faults:  # to go on would crash the process now and then, or lose faces
         raise FileFormatError(f"{path} is corrupt, with {len(faults)} faults, the first: {faults[0]}; export it again")
-    reader.SetSystemLengthUnit(1.0)  # in mm, whatever another library in this process has chosen
-    reader.TransferRoots()
-    return reader.OneShape()
+    control.SetSystemLengthUnit(1.0)  # in mm, whatever another library in this process has chosen
+    reader.Transfer(document)
+    return Product(control.OneShape(), document)
 
 
 def _faults(reader: Any) -> list[str]:
@@ -123,7 +139,7 @@ def _no_stdout() -> Iterator[None]:
             os.close(nowhere)
 
 
-def write(shape: Shape, path: Path, name: str, time: str) -> None:
+def write(shape: Shape, path: Path, name: str, time: str, colour: Colour | None = None) -> None:
     """Write a STEP or BREP file in mm.
 
     Parameters
@@ -133,6 +149,8 @@ def write(shape: Shape, path: Path, name: str, time: str) -> None:
         With suffix .step, .stp or .brep.
     name, time : str
         Name of the product and time stamp (ISO 8601) in a STEP file.
+    colour : (3,) tuple of float, optional
+        Of the product in a STEP file, as :attr:`.occ_products.Product.colour`.
 
     Raises
     ------
@@ -143,26 +161,32 @@ def write(shape: Shape, path: Path, name: str, time: str) -> None:
         if path.suffix.lower() == ".brep":
             done = BRepTools.Write_s(shape, str(path))
         else:
-            done = _write_step(shape, path, name, time)
+            done = _write_step(single(shape, name, colour), path, name, time)
     if not done:
         raise FileFormatError(f"{path} could not be written by the B-rep kernel; write a mesh (.stl, .3mf) instead")
 
 
-def _write_step(shape: Shape, path: Path, name: str, time: str) -> bool:
-    writer = STEPControl_Writer()
+def write_product(product: Product, path: Path, name: str, time: str) -> None:
+    """Write a STEP file of a product with all its parts, as :func:`write`."""
+    with silence():
+        done = _write_step(product, path, name, time)
+    if not done:
+        raise FileFormatError(f"{path} could not be written by the B-rep kernel; write a mesh (.stl, .3mf) instead")
+
+
+def _write_step(product: Product, path: Path, name: str, time: str) -> bool:
+    """Write a document; the kernel's numbering of unnamed products is undone, so that files are the same each time."""
+    writer = STEPCAFControl_Writer()
+    writer.SetNameMode(True)
+    writer.SetColorMode(True)
     with (
         _setting("write.step.unit", "MM"),
         _setting("xstep.cascade.unit", "MM"),
-        _setting("write.surfacecurve.mode", "Off" if only_planes(shape) else "On"),
+        _setting("write.surfacecurve.mode", "Off" if only_planes(product.shape) else "On"),
     ):
-        if writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone:
+        if not writer.Transfer(product.document, STEPControl_AsIs):
             return False
-    model = writer.Model()
-    for number in range(1, model.NbEntities() + 1):
-        entity = model.Value(number)
-        if type(entity).__name__ == "StepBasic_Product":
-            entity.SetId(TCollection_HAsciiString(name))
-            entity.SetName(TCollection_HAsciiString(name))
+    model = writer.ChangeWriter().Model()
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(TCollection_HAsciiString(name))
     header.SetTimeStamp(TCollection_HAsciiString(time))

@@ -33,11 +33,17 @@ class OpenPart:
         For a B-rep: its solids, united; one solid, or a compound of several.
     triangles : Mesh or None
         For a part that came as triangles.
+    product : str
+        Name of the product in a STEP file of one part; empty if it has none.
+    colour : (3,) tuple of float or None
+        Its red, green and blue in sRGB, from 0 to 1.
     """
 
     name: str
     shape: Any = None
     triangles: Mesh | None = None
+    product: str = ""
+    colour: tuple[float, float, float] | None = None
 
     @cached_property
     def bounds(self) -> FloatArray:
@@ -59,6 +65,10 @@ class OpenPart:
         solids = occ.solids(self.shape)
         mesh, used = occ_mesh.tessellate(solids, tolerance, angular_tolerance, progress)
         source: dict[str, object] = {"kind": "brep", "name": self.name, "solids": len(solids), "tolerance": used}
+        if self.product:
+            source["product"] = self.product
+        if self.colour is not None:
+            source["colour"] = self.colour
         return Mesh(mesh.vertices, mesh.faces, mesh.face_ids, source)
 
 
@@ -108,7 +118,8 @@ def to_mesh(
     -------
     Mesh
         For a B-rep, ``face_ids`` are 0-based in the order of ``TopExp::MapShapes`` over the solids (united ones if
-        there were several), and ``source`` holds kind, name, solids and tolerance. Open if the part is.
+        there were several), and ``source`` holds kind, name, solids and tolerance, and product and colour if a STEP
+        file tells them of its only part. Open if the part is.
 
     Raises
     ------
@@ -162,10 +173,13 @@ def _open_file(path: Path, unite: bool, progress: Progress) -> OpenPart:
         return OpenPart(path.stem, None, mesh)
     from . import occ, occ_files  # noqa: F401  (occ first: it says what to install)
 
-    shape = occ_files.read(path)
+    product = occ_files.read_product(path)
     progress("read", 1.0)
+    parts = product.parts()
+    only = parts[0] if len(parts) == 1 and parts[0].uses == 1 else None
     try:
-        return OpenPart(path.stem, _solids(shape, unite, progress))
+        solids = _solids(product.shape, unite, progress)
+        return OpenPart(path.stem, solids, None, only.name if only else "", only.colour if only else None)
     except NoSolidError as error:
         raise NoSolidError(f"{path}: {error}") from None
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from cad_implicit.mesh import Mesh
 from cad_implicit.parallel import Progress, no_progress
+
+
+def described(part: SolidPart, source: Mapping[str, object]) -> SolidPart:
+    """Solid with the product's name and colour that a mesh's ``source`` tells."""
+    colour = source.get("colour")
+    return replace(part, product=str(source.get("product", "")), colour=colour if isinstance(colour, tuple) else None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +34,10 @@ class SolidPart:
         Number of all faces, and of those that stand for triangles.
     why : str
         Why there are facets where there might be none.
+    product : str
+        Name of the product in a STEP file; empty for that of the file.
+    colour : (3,) tuple of float or None
+        Red, green and blue in sRGB, from 0 to 1, for a STEP file.
     """
 
     wrapped: Any
@@ -36,6 +47,8 @@ class SolidPart:
     faces: int
     facets: int
     why: str = ""
+    product: str = ""
+    colour: tuple[float, float, float] | None = None
 
     @property
     def exact_share(self) -> float:
@@ -63,4 +76,5 @@ def solid_of(mesh: Mesh, *, name: str | None = None, why: str = "", progress: Pr
     shape = occ_facets.facets(mesh)
     progress("solid", 1.0)
     area, count = occ.area(shape), occ.count_faces(shape)
-    return SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count, why)
+    part = SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count, why)
+    return described(part, mesh.source)

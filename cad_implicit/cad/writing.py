@@ -72,4 +72,4 @@ def _write_brep(result: Mesh | SolidPart, path: Path) -> None:
 
     solid = solid_of(result) if isinstance(result, Mesh) else result
     time = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    occ_files.write(solid.wrapped, path, path.stem, time)
+    occ_files.write(solid.wrapped, path, solid.product or path.stem, time, solid.colour)

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from . import parallel
 from .guides import Support, hermite, speed
 from .implicit import FloatArray, Implicit
-from .kernels import canal
+from .kernels import boxes, canal
 from .spines import Spine
 
 #: Where a strip ends at a corner both count up to this share of the radius past their common plane: a gap would be
@@ -347,9 +347,10 @@ class Regions(Implicit):
 
     def __init__(self, regions: Sequence[Region]) -> None:
         self.regions = tuple(regions)
-        boxes = np.array([region.box for region in regions])
-        self.spacing = min(region.margin for region in regions) / SPACINGS
-        self.bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        self._boxes = np.array([region.box for region in regions])
+        self._margins = np.array([region.margin for region in regions])
+        self.spacing = float(self._margins.min()) / SPACINGS
+        self.bounds = np.stack([self._boxes[:, 0].min(axis=0), self._boxes[:, 1].max(axis=0)])
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return self.value_and_gradient(points)[0]
@@ -361,28 +362,23 @@ class Regions(Implicit):
     def value_and_gradient(self, points: ArrayLike) -> Pair:
         """Values (N,) and gradients (N, 3)."""
         x = np.ascontiguousarray(points, np.float64)
-        value, gradient = np.full(len(x), -np.inf), np.zeros_like(x)
-        columns = x.T
-        for region in self.regions:
-            low, high = region.box
-            outside = np.maximum.reduce(
-                [low[0] - columns[0], columns[0] - high[0], low[1] - columns[1], columns[1] - high[1],
-                 low[2] - columns[2], columns[2] - high[2]]
-            )  # fmt: skip
+        inside = np.empty((len(self.regions), len(x)), np.bool_)
+        with parallel.threads(None, len(x) * len(self.regions)):
             # boxes are padded by twice the margin: no false zeros beside them
-            f = -np.maximum(outside, 0.0) - region.margin
-            near = np.flatnonzero(outside <= 0.0)
+            value = boxes.around(x, self._boxes, self._margins, inside)
+        gradient = np.zeros_like(x)
+        for region, own in zip(self.regions, inside, strict=True):
+            near = np.flatnonzero(own)
             if len(near):
-                f[near], slope = region.value_and_gradient(x[near])
-                better = near[f[near] > value[near]]
-                gradient[better] = slope[f[near] > value[near]]
-            np.maximum(value, f, out=value)
+                f, slope = region.value_and_gradient(x[near])
+                better = f > value[near]
+                value[near[better]], gradient[near[better]] = f[better], slope[better]
         return value, gradient
 
     def clusters(self) -> list[Regions]:
         """Regions whose boxes do not overlap, apart."""
-        boxes = np.array([region.box for region in self.regions])
-        meet = ((boxes[:, None, 0] <= boxes[None, :, 1]) & (boxes[None, :, 0] <= boxes[:, None, 1])).all(axis=2)
+        low, high = self._boxes[:, 0], self._boxes[:, 1]
+        meet = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
         label = _labels(np.asarray(meet))
         return [
             Regions([r for r, own in zip(self.regions, label, strict=True) if own == one]) for one in np.unique(label)

@@ -295,9 +295,10 @@ class _Call:
 
 def _made(target: Any, work: _Work) -> Part:
     """Part that is made of a shape or several, with its label and colour."""
+    from .cad import occ
+
     solid, provenance = work(open_part(target))
-    shape = Shape.cast(solid.wrapped)
-    part = Part((shape if isinstance(shape, Compound) else Compound([shape])).wrapped)
+    part = Part(Compound([Solid(one) for one in occ.solids(solid.wrapped)]).wrapped)
     first = target[0] if isinstance(target, list) else target
     part.label, part.color = first.label, first.color
     part.implicit = provenance

@@ -6,21 +6,17 @@ begins: where its ball touches the faces, and where it ends at a corner.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from .blend_curves import Arc, Curve, Rim, Segment
 from .guides import hermite
 from .implicit import FloatArray
+from .primitives import ALIKE, Primitive, circle_through, cone_between, line_through, plane_between
 from .strips import Strip
-
-#: Spines that are straight or circular but for this share of the radius are taken as lines and circles: more than the
-#: error of spines (2e-6), and nothing beside what is asked of edges.
-_ALIKE = 1e-5
 
 #: A ball that moves by less than this share of its radius stands still, as in the end of a slot.
 _STILL = 1e-3
@@ -31,10 +27,9 @@ _FEW = 9
 _SHORTEST = 1e-4
 _PIECES = 40
 
-#: Points of a rim that tell the nearest place, in radii, and rounds from there.
+#: Points of a rim that tell the nearest place: so far apart in radii, and no more than these.
 _FINE = 0.05
 _MOST = 4000
-_ROUNDS = 12
 
 #: Grids have so many points across: an arc of a right angle is a polynomial of one degree less within 1e-8 radii.
 _ACROSS = 9
@@ -44,39 +39,6 @@ _PIECE = 0.06
 
 #: Grids go on beyond the rims by this share of their width, so that edges lie inside.
 _BEYOND = 0.04
-
-
-@dataclass(frozen=True, eq=False)
-class Primitive:
-    """A plane, cylinder, cone, torus or sphere.
-
-    Attributes
-    ----------
-    kind : str
-        "plane", "cylinder", "cone", "torus" or "sphere".
-    point, axis : (3,) float64
-        A point of the plane or axis, or the centre; the unit normal or axis. The apex of a cone.
-    radius, ring : float
-        Of the cylinder, sphere or tube in mm; of the torus' circle of centres. For a cone half its opening angle.
-    """
-
-    kind: Literal["plane", "cylinder", "cone", "torus", "sphere"]
-    point: FloatArray
-    axis: FloatArray
-    radius: float = 0.0
-    ring: float = 0.0
-
-
-class Curve(Protocol):
-    """A curve with a parameter in mm or radians."""
-
-    closed: bool
-
-    def at(self, ways: FloatArray) -> FloatArray:
-        """Points (N, 3) at parameters (N,)."""
-
-    def way(self, points: FloatArray) -> FloatArray:
-        """Parameters (N,) of the nearest places to points (N, 3)."""
 
 
 class BlendSurface(Protocol):
@@ -106,79 +68,26 @@ class BlendSurface(Protocol):
         """Its surface in closed form; None if it has none."""
 
 
-class Rim:
-    """Where the ball of a strip touches one of its faces, by the way in mm along the spine."""
-
-    def __init__(self, surface: StripSurface, share: float) -> None:
-        self._surface, self._share = surface, share
-        self.closed = surface.closed
-        ways = surface.fine_ways()
-        self._ways, self._tree = ways, cKDTree(self.at(ways))
-
-    def at(self, ways: FloatArray) -> FloatArray:
-        return self._surface.place(ways, np.full(len(ways), self._share))
-
-    def way(self, points: FloatArray) -> FloatArray:
-        way = self._ways[self._tree.query(points)[1]].copy()
-        length = self._surface.length
-        step = 1e-5 * length
-        for _ in range(_ROUNDS):
-            here = self.at(way)
-            along = (self.at(way + step) - self.at(way - step)) / (2 * step)
-            move = ((points - here) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-12)
-            way = way + np.clip(move, -0.05 * length, 0.05 * length)
-            if not self.closed:
-                way = np.clip(way, 0.0, length)
-            if float(np.abs(move).max(initial=0.0)) < 1e-12 * length:
-                break
-        return np.asarray(np.mod(way, length) if self.closed else way)
-
-
-class Arc:
-    """Where the surface of a ball ends: the arc between its contacts, by the angle."""
-
-    closed = False
-
-    def __init__(self, centre: FloatArray, first: FloatArray, last: FloatArray) -> None:
-        self._centre, self._radius = centre, float(np.linalg.norm(first))
-        self._first = first / self._radius
-        across = last - (last @ self._first) * self._first
-        self._across = across / np.linalg.norm(across)
-
-    def at(self, ways: FloatArray) -> FloatArray:
-        turn = np.asarray(ways)[:, None]
-        return np.asarray(self._centre + self._radius * (np.cos(turn) * self._first + np.sin(turn) * self._across))
-
-    def way(self, points: FloatArray) -> FloatArray:
-        away = points - self._centre
-        return np.asarray(np.arctan2(away @ self._across, away @ self._first))
-
-
-class Segment:
-    """Where a chamfer is cut across: a straight line, by the length."""
-
-    closed = False
-
-    def __init__(self, start: FloatArray, end: FloatArray) -> None:
-        self._start = start
-        self._along = (end - start) / np.linalg.norm(end - start)
-
-    def at(self, ways: FloatArray) -> FloatArray:
-        return self._start + np.asarray(ways)[:, None] * self._along
-
-    def way(self, points: FloatArray) -> FloatArray:
-        return np.asarray((points - self._start) @ self._along)
-
-
 class StripSurface:
-    """The surface of a strip: of the ball that rolls, or of the chamfer."""
+    """The surface of a strip: of the ball that rolls, or of the chamfer.
+
+    Attributes
+    ----------
+    ways : (N,) float64
+        Ways in mm along the spine of its samples.
+    length : float
+        Of the spine.
+    radius : float
+        The largest.
+    """
 
     def __init__(self, strip: Strip) -> None:
         self.strip, self.spine = strip, strip.spine
         self.closed = self.spine.closed
-        self._ways = strip.way(self.spine.at)
-        self.length = float(self._ways[-1])
+        self.ways = strip.way(self.spine.at)
+        self.length = float(self.ways[-1])
         self.box = strip.box
+        self._known: dict[tuple[float, float], Primitive | None] = {}
         self._reaches = self.spine.reaches
         self.radius = float(self.spine.radius.max())
         self.curves: list[Curve] = [Rim(self, 0.0), Rim(self, 1.0)]
@@ -214,7 +123,7 @@ class StripSurface:
     def fine_ways(self) -> FloatArray:
         """Ways along the spine near enough to each other to tell the nearest one."""
         count = int(np.clip(np.ceil(self.length / (_FINE * self.radius)), 16, _MOST))
-        return np.unique(np.concatenate([np.linspace(0, self.length, count), self._ways]))
+        return np.unique(np.concatenate([np.linspace(0, self.length, count), self.ways]))
 
     def place(self, ways: FloatArray, shares: FloatArray) -> FloatArray:
         """Points (N, 3) at ways (N,) along the spine and shares (N,) of the arc from the one rim to the other."""
@@ -236,21 +145,26 @@ class StripSurface:
 
     def primitive_between(self, start: float, end: float) -> Primitive | None:
         """Surface in closed form from one way to another; None if it has none."""
+        if (start, end) not in self._known:
+            self._known[start, end] = self._told(start, end)
+        return self._known[start, end]
+
+    def _told(self, start: float, end: float) -> Primitive | None:
         fine = self.fine_ways()
         ways = np.concatenate([fine[(fine > start) & (fine < end)], np.linspace(start, end, _FEW)])
         if not self.spine.ball:
             low, high = (self.place(ways, np.full(len(ways), share)) for share in (0.0, 1.0))
-            return _flat(low, high, self.radius) or _cone(low, high, self.radius)
-        if float(np.ptp(self.spine.radius)) > _ALIKE * self.radius:
+            return plane_between(low, high, self.radius) or cone_between(low, high, self.radius)
+        if float(np.ptp(self.spine.radius)) > ALIKE * self.radius:
             return None
         centres = self._centres(ways)
         spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
         if spread < _STILL * self.radius:
             return Primitive("sphere", centres.mean(axis=0), self.spine.tangents[0], self.radius)
-        line = _line(centres, self.radius)
+        line = line_through(centres, self.radius)
         if line is not None:
             return Primitive("cylinder", centres.mean(axis=0), line, self.radius)
-        circle = _circle(centres, self.radius)
+        circle = circle_through(centres, self.radius)
         return None if circle is None else Primitive("torus", circle[0], circle[1], self.radius, circle[2])
 
     def pieces(self) -> list[StripSurface | StripPiece]:
@@ -259,7 +173,7 @@ class StripSurface:
             return [self]
         cuts: list[float] = [0.0]
         known: list[bool] = []
-        for low, high in pairwise(self._ways.tolist()):
+        for low, high in pairwise(self.ways.tolist()):
             if high - low < _SHORTEST * self.radius:
                 good = bool(known) and known[-1]
             else:
@@ -279,9 +193,9 @@ class StripSurface:
     def _parts(self, ways: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Pieces (N,) of the spine at ways along it, their lengths, and how far along them (N, 1) from 0 to 1."""
         x = np.mod(ways, self.length) if self.closed else np.asarray(ways)
-        piece = np.clip(np.searchsorted(self._ways, x, side="right") - 1, 0, len(self._ways) - 2)
-        span = self._ways[piece + 1] - self._ways[piece]
-        return piece, span, ((x - self._ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
+        piece = np.clip(np.searchsorted(self.ways, x, side="right") - 1, 0, len(self.ways) - 2)
+        span = self.ways[piece + 1] - self.ways[piece]
+        return piece, span, ((x - self.ways[piece]) / np.where(span > 0, span, 1.0))[:, None]
 
     def _centres(self, ways: FloatArray) -> FloatArray:
         piece, span, t = self._parts(ways)
@@ -298,11 +212,11 @@ class StripSurface:
         width = high - low
         if self.closed:
             low, high = low - _BEYOND * width, high + _BEYOND * width
-            turns = [self._ways[:-1] + k * self.length for k in range(-1, 3)]
+            turns = [self.ways[:-1] + k * self.length for k in range(-1, 3)]
             inner = np.concatenate(turns)
         else:
             low, high = max(low - _BEYOND * width, 0.0), min(high + _BEYOND * width, self.length)
-            inner = self._ways
+            inner = self.ways
         inner = inner[(inner > low + 1e-3 * width) & (inner < high - 1e-3 * width)]
         ways = self._finer(np.concatenate([[low], inner, [high]]))
         shares = across()
@@ -421,53 +335,3 @@ def _turned(first: FloatArray, last: FloatArray, shares: FloatArray) -> FloatArr
     side /= np.where(size > 0, size, 1.0)[:, None]
     turn = (shares * np.arctan2(size, cosine))[:, None]
     return np.asarray(np.cos(turn) * first + np.sin(turn) * side)
-
-
-def _line(points: FloatArray, radius: float) -> FloatArray | None:
-    """Direction of the line through points, None if they are on none."""
-    away = points - points.mean(axis=0)
-    direction = np.linalg.svd(away, full_matrices=False)[2][0]
-    off = away - (away @ direction)[:, None] * direction
-    return direction if float(np.linalg.norm(off, axis=1).max()) < _ALIKE * radius else None
-
-
-def _circle(points: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, float] | None:
-    """Centre, axis and radius of the circle through points, None if they are on none."""
-    middle = points.mean(axis=0)
-    away = points - middle
-    frame = np.linalg.svd(away, full_matrices=False)[2]
-    flat = away @ frame[:2].T
-    solution = np.linalg.lstsq(np.column_stack([2 * flat, np.ones(len(flat))]), (flat**2).sum(axis=1), rcond=None)[0]
-    ring = float(np.sqrt(solution[2] + solution[:2] @ solution[:2]))
-    off = np.abs(np.linalg.norm(flat - solution[:2], axis=1) - ring).max()
-    if max(float(off), float(np.abs(away @ frame[2]).max())) > _ALIKE * radius:
-        return None
-    return middle + solution[:2] @ frame[:2], frame[2], ring
-
-
-def _flat(low: FloatArray, high: FloatArray, size: float) -> Primitive | None:
-    """Plane of a chamfer between two rims (N, 3)."""
-    points = np.concatenate([low, high])
-    frame = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    if float(np.abs((points - points.mean(axis=0)) @ frame[2]).max()) > _ALIKE * size:
-        return None
-    return Primitive("plane", points.mean(axis=0), frame[2])
-
-
-def _cone(low: FloatArray, high: FloatArray, size: float) -> Primitive | None:
-    """Cone or cylinder of a chamfer between two rims (N, 3) that are circles around one axis."""
-    circles = [_circle(low, size), _circle(high, size)]
-    if circles[0] is None or circles[1] is None:
-        return None
-    (centre, axis, r0), (other, turned, r1) = circles[0], circles[1]
-    along = other - centre
-    height = float(np.linalg.norm(along))
-    if np.linalg.norm(np.cross(axis, turned)) > _ALIKE or np.linalg.norm(np.cross(axis, along)) > _ALIKE * size:
-        return None
-    if height < _ALIKE * size:
-        return Primitive("plane", centre, axis)
-    if abs(r1 - r0) < _ALIKE * size:
-        return Primitive("cylinder", centre, axis, r0)
-    direction = along / height * np.sign(r1 - r0)
-    apex = centre - direction * r0 * height / abs(r1 - r0)
-    return Primitive("cone", apex, direction, float(np.arctan2(abs(r1 - r0), height)))

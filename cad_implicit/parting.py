@@ -17,7 +17,7 @@ from .errors import InvalidMeshError
 from .implicit import Implicit
 from .local_blend import LocalBlend
 from .mesh import Mesh
-from .outlines import Outliner
+from .outliner import Outliner
 from .parallel import Progress, no_progress
 from .simplifying import simplify
 

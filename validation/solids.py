@@ -21,11 +21,11 @@ import numpy as np
 
 from cad_implicit.cad import occ, occ_files
 from cad_implicit.cad.edges import part_edges
+from cad_implicit.cad.occ_exact import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.local_blend import LocalBlend, blend_edges
 from cad_implicit.parting import to_part
 
-from cad_implicit.cad.occ_exact import exact_blend
 from .local_checks import Worker, numbers_in
 from .local_parts import Triple, sizes_of, turned_by
 from .local_triples import NAMED, TRIPLES

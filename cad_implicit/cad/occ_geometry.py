@@ -21,8 +21,9 @@ from OCP.Geom2d import Geom2d_BSplineCurve
 from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt, gp_Pnt2d
 from scipy.interpolate import make_interp_spline
 
-from cad_implicit.blend_surfaces import Primitive, across
+from cad_implicit.blend_surfaces import across
 from cad_implicit.implicit import FloatArray
+from cad_implicit.primitives import Primitive
 
 try:  # OCP 7.9
     from OCP.TColgp import TColgp_Array1OfPnt as _Points

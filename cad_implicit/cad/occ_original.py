@@ -27,7 +27,8 @@ class ShapeEdge:
         adaptor = BRepAdaptor_Curve(edge)
         self.geometry = curve[0] if isinstance(curve, tuple) else curve
         self.low, self.high = float(adaptor.FirstParameter()), float(adaptor.LastParameter())
-        self.closed = ends[0] == ends[1]
+        self.period = self.high - self.low if ends[0] == ends[1] else None
+        self.bends = np.zeros(0)
 
     def at(self, ways: FloatArray) -> FloatArray:
         return np.array([self.geometry.Value(float(t)).Coord() for t in np.atleast_1d(ways)])

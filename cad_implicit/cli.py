@@ -271,6 +271,38 @@ def compare(
 
 
 @app.command()
+def validate(
+    radius: Annotated[float, typer.Option("--radius", "-r", metavar="R", help="Radius of the ball in mm.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the reports.")],
+    parts: Annotated[list[Path] | None, typer.Argument(metavar="[IN]...", help="Parts; by default a bracket.")] = None,
+    operation: Annotated[
+        str, typer.Option("--operation", metavar="NAME", help="fillet (default), round or smooth.")
+    ] = "fillet",
+    edges: Chosen = None,
+    max_error: Annotated[
+        str | None,
+        typer.Option(metavar="E", help="Exit with 1 above it: mm, 0.02h (spacings) or 1% (of R); default: the bound."),
+    ] = None,
+    convergence: Annotated[bool, typer.Option("--convergence", help="Measure at coarser spacings, too.")] = False,
+    time_limit: Annotated[float, typer.Option(metavar="S", help="Seconds for the exact kernel.")] = 120.0,
+    spacing: Spacing = None,
+    engine: Engine = "exact",
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Report how far a fillet is from the exact kernel's, or from the rolling ball where that one fails."""
+    from .cli_validate import validate_parts
+
+    if operation not in ("fillet", "round", "smooth"):
+        raise typer.BadParameter(f"{operation!r} is none of fillet, round, smooth", param_hint="--operation")
+    validate_parts(
+        parts or [], radius, output, quiet=quiet, json=json, operation=operation, edges=edges, max_error=max_error,
+        convergence=convergence, time_limit=time_limit, spacing=spacing, engine=engine, threads=threads,
+    )  # fmt: skip
+
+
+@app.command()
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path(
         "demo"

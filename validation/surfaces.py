@@ -1,101 +1,14 @@
-"""Distances to the surface of a B-rep by its surfaces, not by facets."""
+"""How far meshes are from exact solids, with what a local blend is allowed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cad_implicit.cad.occ import as_face
-from cad_implicit.cad.occ_edges import type_name
-from cad_implicit.cad.occ_faces import all_faces, face_distance
-from cad_implicit.cad.occ_mesh import tessellate
-from cad_implicit.comparison import surface_samples
 from cad_implicit.distance import MeshDistance
-from cad_implicit.faces import FaceDistance
-from cad_implicit.implicit import FloatArray
 from cad_implicit.mesh import Mesh
-
-Mask = NDArray[np.bool_]
-
-
-class Surfaces:
-    """Faces of a solid: the nearest one by fine triangles, the distance by its surface.
-
-    Parameters
-    ----------
-    shape : TopoDS_Shape
-    tolerance : float
-        Of the triangles, in mm: what lies farther off than its surface says is off by the triangles.
-    """
-
-    def __init__(self, shape: Any, tolerance: float) -> None:
-        self.shape, self.tolerance = shape, tolerance
-        self.mesh, _ = tessellate([shape], tolerance, 0.1)
-        self.shapes = all_faces(shape)
-        self.names = np.array([surface_name(face) for face in self.shapes])
-        self._near = MeshDistance(self.mesh, sign="pseudonormal")
-        low, high = self.mesh.bounds
-        self._reach = float(np.linalg.norm(high - low))
-        self._known: dict[int, FaceDistance] = {}
-
-    def face(self, index: int) -> FaceDistance:
-        """Signed distance to a face, numbered from 0, and its continuation."""
-        if index not in self._known:
-            self._known[index] = face_distance(self.shapes[index], self._reach)
-        return self._known[index]
-
-    def nearest(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Distances ``(N,)`` to the surface in mm, and the faces ``(N,)`` that are nearest, from 0."""
-        assert self.mesh.face_ids is not None
-        found = self._near.closest(points)
-        return np.abs(self._by_surface(points, self.mesh.face_ids[found.triangle], found.distance)), self.mesh.face_ids[
-            found.triangle
-        ]
-
-    def _by_surface(self, points: FloatArray, faces: NDArray[np.int64], rough: FloatArray) -> FloatArray:
-        value = np.zeros(len(points))
-        for index in np.unique(faces).tolist():
-            own = faces == index
-            value[own] = np.abs(self.face(index)(points[own]))
-        return np.maximum(value, rough - self.tolerance)
-
-    def part(self, faces: Mask) -> Mesh:
-        """Triangles of some faces."""
-        assert self.mesh.face_ids is not None
-        own = faces[self.mesh.face_ids]
-        return Mesh(self.mesh.vertices, self.mesh.faces[own], self.mesh.face_ids[own])
-
-    def samples(self, faces: Mask, count: int) -> FloatArray:
-        """Points ``(count, 3)`` of some faces, moved from the triangles onto the surfaces."""
-        mesh = self.part(faces)
-        assert mesh.face_ids is not None
-        points, triangles = surface_samples(mesh, count)
-        ids = mesh.face_ids[triangles]
-        for index in np.unique(ids).tolist():
-            own = ids == index
-            value, gradient = self.face(index).value_and_gradient(points[own])
-            points[own] -= value[:, None] * gradient
-        return points
-
-    def bend(self, faces: Mask) -> float:
-        """Sum over curved faces of the area over the smallest radius of curvature, in mm."""
-        mesh = self.part(faces)
-        assert mesh.face_ids is not None
-        area = np.linalg.norm(mesh.face_vectors, axis=1) / 2
-        total = 0.0
-        for index in np.unique(mesh.face_ids).tolist():
-            total += float(area[mesh.face_ids == index].sum()) * self._curvature(index)
-        return total
-
-    def _curvature(self, index: int) -> float:
-        face = self.face(index)
-        for name in ("tube", "radius"):
-            if hasattr(face, name):
-                return 1.0 / float(getattr(face, name))
-        return 0.0
+from cad_implicit.report.exact_surfaces import Mask, Surfaces
 
 
 @dataclass(frozen=True)
@@ -176,10 +89,3 @@ def errors(mesh: Mesh, surfaces: Surfaces, blend: Mask, spacing: float, radius: 
         volume=mesh.volume / volume - 1,
         volume_limit=1e-4 + 0.2 * spacing**2 * bend / volume,
     )
-
-
-def surface_name(face: Any) -> str:
-    """Name of the type of a face's surface."""
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-
-    return type_name(BRepAdaptor_Surface(as_face(face), False).GetType())

@@ -29,6 +29,7 @@ from cad_implicit.splines import SplineSurface
 
 from .edges import Edge, aside
 from .occ import Shape, as_face, distinct
+from .occ_edges import type_name
 
 #: Points on the two sides of an edge are this share of its length away from it.
 _ASIDE = 1e-3
@@ -167,3 +168,8 @@ def _spline(surface: Any, adaptor: Any) -> tuple[SplineSurface, float]:
 
 def _xyz(thing: Any) -> FloatArray:
     return np.array([thing.X(), thing.Y(), thing.Z()])
+
+
+def surface_name(face: Shape) -> str:
+    """Name of the type of a face's surface: "plane", "cylinder", "bspline" and so on."""
+    return type_name(BRepAdaptor_Surface(as_face(face), False).GetType())

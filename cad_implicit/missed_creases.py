@@ -37,8 +37,8 @@ _STRAIGHT = 0.005
 #: … points farther than this from the surface, in spacings, are beyond the end of their crease, at a corner.
 _OFF = 1e-5
 
-#: Those that are still farther off then, in spacings, are no points of a crease: within a sheet that is thinner than the
-#: cells the gradient jumps, too. (Such points had 85 pairs of triangles of one sheet run through each other.)
+#: Those that are still farther off then, in spacings, are no points of a crease: within a sheet that is thinner than
+#: the cells the gradient jumps, too. (Such points had 85 pairs of triangles of one sheet run through each other.)
 _MISSED = 5e-3
 
 #: How far beside a point, and how far outside of the surface, a crease must show, in spacings.

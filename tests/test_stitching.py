@@ -248,6 +248,20 @@ def test_contours_get_the_creases_they_missed() -> None:
     assert cut_corners(after) == 0
 
 
+def test_sheets_thinner_than_cells_get_no_creases_within() -> None:
+    """Between a cylinder and a wall 0.15 spacings from it, where the gradient jumps halfway."""
+    radius, wall = 8 * H, 8.15 * H
+    cylinder, ahead = outside_cylinder(at(0, 0, 0), Z, radius), half(X, at(0.7 * radius, 0, 0))
+    walls = [half(-X, at(wall, 0, 0)), half(Z, at(0, 0, 0)), half(-Z, at(0, 0, 2))]
+    sheet = Region([cylinder, ahead, *walls], at(0, 0, 0) - 12 * H, at(0, 0, 0) + 12 * H)
+    before = dual_contour(sheet, H)
+    after = split_at_creases(before, sheet.value_and_gradient, H)
+    new = after.vertices[len(before.vertices) :]
+    assert len(new) > 0
+    assert np.abs(sheet(new)).max() < 5e-3 * H
+    assert count_intersections(after) <= count_intersections(before)
+
+
 @pytest.mark.nojit
 def test_caps_and_tiny_edges_go() -> None:
     # The flat top of a pyramid is cut along its middle, with caps and a tiny edge.

@@ -111,7 +111,7 @@ def against_kernel(
     forth = np.concatenate([result.vertices, surface_samples(result, _SAMPLES)[0]])
     error, face = surfaces.signed(forth)
     back = surfaces.samples(np.ones(len(is_blend), np.bool_), _SAMPLES)
-    gap = MeshDistance(result)(back)
+    gap = MeshDistance(result, sign="pseudonormal" if result.is_watertight else "winding")(back)
     back_face = surfaces.nearest(back)[1]
     points, errors = np.concatenate([forth, back]), np.concatenate([error, gap])
     faces = np.concatenate([face, back_face])

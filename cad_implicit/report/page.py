@@ -151,7 +151,7 @@ def _solids(result: Validation) -> str:
 def _trace(go: Any, mesh: Mesh, errors: FloatArray | None, top: float) -> Any:
     x, y, z = np.round(mesh.vertices, 5).T
     i, j, k = mesh.faces.T
-    shape = {"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "flatshading": False}
+    shape = {"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "flatshading": True}
     light = {"ambient": 0.55, "diffuse": 0.7, "specular": 0.15, "roughness": 0.6}
     if errors is None:
         return go.Mesh3d(**shape, color="#b9c4d0", lighting=light, hoverinfo="skip")

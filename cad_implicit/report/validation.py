@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -202,27 +203,53 @@ def validate(
         If ``max_error`` cannot be read.
     """
     start = time.perf_counter()
+    limit_of(max_error)
     opened = open_part(part)
-    limit = limit_of(max_error)
-    truth = _truth(opened, radius, operation, edges, time_limit)
-    kernel = _told(truth)
+    truth = exact_truth(opened, radius, operation, edges, time_limit)
     name = opened.name if not isinstance(part, str | Path) else Path(part).name
     try:
         outcome = _run(opened, radius, operation, edges, spacing, engine, threads, progress)
     except CadImplicitError as error:
-        return Validation(name, operation, radius, edges, None, str(error), kernel, seconds=time.perf_counter() - start)
+        seconds = time.perf_counter() - start
+        return Validation(name, operation, radius, edges, None, str(error), _told(truth), seconds=seconds)
     progress("measure", 0.0)
-    measured, regions = measure(outcome, truth, radius, operation)
-    levels = []
-    if convergence:
-        levels = _levels(opened, radius, operation, edges, outcome, truth, threads, progress)
+    levels = _levels(opened, radius, operation, edges, outcome, truth, threads, progress) if convergence else []
+    result = assess(name, outcome, truth, radius, operation, edges, max_error, levels)
     progress("measure", 1.0)
+    return replace(result, seconds=time.perf_counter() - start)
+
+
+def assess(
+    name: str,
+    outcome: Outcome,
+    truth: ExactBlend | None,
+    radius: float,
+    operation: str,
+    edges: str | None = None,
+    max_error: str | None = None,
+    levels: Sequence[Level] = (),
+) -> Validation:
+    """Measure and judge what came of a blend; see :func:`validate`.
+
+    Parameters
+    ----------
+    name : str
+        Of the part.
+    outcome : Outcome
+    truth : ExactBlend or None
+        The exact kernel's blend of the same edges with ``radius``.
+    radius, operation, edges, max_error
+        As for :func:`validate`.
+    levels : sequence of Level
+        Errors at other spacings.
+    """
+    measured, regions = measure(outcome, truth, radius, operation)
     bound = outcome.error_bound if outcome.error_bound is not None else math.inf
-    judged = regions["all"].max
-    limits = {"the largest error in mm": (judged, limit(outcome.spacing, radius, bound + (measured.defect or 0.0)))}
+    largest = limit_of(max_error)(outcome.spacing, radius, bound + (measured.defect or 0.0))
     return Validation(
-        name, operation, radius, edges, outcome, "", kernel, measured, regions,
-        health(outcome.mesh, outcome.spacing), levels, limits, time.perf_counter() - start,
+        name, operation, radius, edges, outcome, "", _told(truth), measured, regions,
+        health(outcome.mesh, outcome.spacing), list(levels),
+        {"the largest error in mm": (regions["all"].max, largest)},
     )  # fmt: skip
 
 
@@ -258,7 +285,9 @@ def _run(
     return run(part, operation, radius, edges=edges, spacing=spacing, engine=engine, threads=threads, progress=progress)
 
 
-def _truth(part: OpenPart, radius: float, operation: str, edges: str | None, time_limit: float) -> ExactBlend | None:
+def exact_truth(
+    part: OpenPart, radius: float, operation: str, edges: str | None = None, time_limit: float = 120.0
+) -> ExactBlend | None:
     """Give the exact kernel's blend of the same edges; None for a part without a B-rep."""
     if part.shape is None:
         return None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -179,3 +180,26 @@ class Mesh:
         m = np.asarray(matrix, np.float64)
         faces = self.faces if np.linalg.det(m[:3, :3]) > 0 else self.faces[:, ::-1]
         return Mesh(self.vertices @ m[:3, :3].T + m[:3, 3], faces, self.face_ids, self.source)
+
+    def show(self, screenshot: str | Path | None = None) -> None:
+        """Open a window with the mesh (drag to turn), or render it to a PNG, which needs no display.
+
+        Parameters
+        ----------
+        screenshot : str or Path, optional
+            The PNG; without it a window opens, and this waits until it is closed.
+
+        Raises
+        ------
+        CadImplicitError
+            If pyvista is not installed.
+        """
+        from .pictures import show
+
+        show(self, screenshot)
+
+    def _repr_png_(self) -> bytes | None:
+        """Give Jupyter a picture; None if pyvista is not installed."""
+        from .pictures import png
+
+        return png(self)

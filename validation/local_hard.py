@@ -25,7 +25,7 @@ from cad_implicit.cad.parts import open_part
 from cad_implicit.contouring import contour
 from cad_implicit.errors import CadImplicitError, RadiusError
 from cad_implicit.local_blend import blend_edges
-from cad_implicit.report.picture import render
+from cad_implicit.pictures import render
 
 from . import cases
 from . import local_parts as parts

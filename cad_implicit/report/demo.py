@@ -14,8 +14,7 @@ from cad_implicit.errors import CadImplicitError
 from cad_implicit.job import run
 from cad_implicit.outcome import Outcome
 from cad_implicit.parallel import Progress
-
-from .picture import render
+from cad_implicit.pictures import render
 
 #: Nodes along the longest side of the demonstration's grid.
 _RESOLUTION = 128

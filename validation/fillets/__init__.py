@@ -1,0 +1,1 @@
+"""The corpus of fillets: parts, radii, and which edges."""

@@ -110,7 +110,10 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
     if not occ.is_valid(shape):
         raise InvalidMeshError("the kernel finds the solid invalid")
     area = np.linalg.norm(mesh.face_vectors, axis=1)
-    radius = min(float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain)
+    radius = min(
+        [float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain]
+        + [ball.radius for laid in blend.laid.values() for ball in laid.corners]
+    )
     chord = _CHORDS * blend.spacing**2 / radius * float(area[labels >= count].sum())
     off = abs(occ.volume(shape, _SHARE) - mesh.volume)
     if off > chord + _SHARE * mesh.volume:

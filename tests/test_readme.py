@@ -71,7 +71,9 @@ def test_command_line(line: str, folder: Path) -> None:
         [sys.executable, "-m", "cad_implicit", *arguments], capture_output=True, text=True, cwd=folder, check=False
     )
     assert done.returncode == 0, done.stderr
-    if "-o" in arguments:
+    if arguments[0] == "validate":
+        assert (folder / "report" / "report.html").exists()
+    elif "-o" in arguments:
         assert cad_implicit.to_mesh(folder / arguments[arguments.index("-o") + 1]).is_watertight
     else:
         assert done.stdout

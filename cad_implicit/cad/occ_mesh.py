@@ -10,15 +10,24 @@ from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.IMeshTools import IMeshTools_MeshAlgoType as _Method
+from OCP.IMeshTools import IMeshTools_Parameters
+from OCP.Message import Message_ProgressRange
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED, TopAbs_SOLID
 from OCP.TopLoc import TopLoc_Location
 
+from cad_implicit import parallel
 from cad_implicit.errors import NoSolidError
+from cad_implicit.kernels.intersections import intersecting
 from cad_implicit.mesh import FloatArray, Mesh
 from cad_implicit.parallel import Progress, no_progress
 
 from .occ import Shape, as_edge, as_face, bounds, compound, distinct, explore, shape_map
 from .weld import clean, closer, groups, outward
+
+#: Below this share of the diagonal the kernel's faster method is tried first. A sphere of 200 mm to 4 micrometres,
+#: 246,000 triangles, takes 1.5 s with it and 20 s without; but one of 30 parts to 2e-5 had triangles that cross.
+_FINE = 2e-5
 
 
 def tessellate(
@@ -49,19 +58,40 @@ def tessellate(
         The one used, in mm.
     """
     whole = compound(parts)
+    low, high = bounds(whole)
+    diagonal = float(np.linalg.norm(high - low))
     if tolerance is None:
-        low, high = bounds(whole)
-        tolerance = float(np.linalg.norm(high - low)) / 2000
+        tolerance = diagonal / 2000
     progress("tessellate", 0.0)
+    mesh = None
+    if tolerance < _FINE * diagonal:
+        mesh = _triangles(whole, tolerance, angular_tolerance, _Method.IMeshTools_MeshAlgoType_Delabella, progress)
+    if mesh is None or not _sound(mesh):
+        mesh = _triangles(whole, tolerance, angular_tolerance, _Method.IMeshTools_MeshAlgoType_Watson, progress)
+    progress("tessellate", 1.0)
+    if mesh is None:
+        raise NoSolidError(f"no face of {len(parts)} solids could be triangulated; check the part's geometry")
+    return mesh, tolerance
+
+
+def _triangles(whole: Shape, tolerance: float, angle: float, method: _Method, progress: Progress) -> Mesh | None:
+    """Triangles of the solids of a compound by one of the kernel's methods; None if there are none."""
     copy = BRepBuilderAPI_Copy(whole, False, False).Shape()
-    BRepMesh_IncrementalMesh(copy, tolerance, False, angular_tolerance, True)
+    parameters = IMeshTools_Parameters()
+    parameters.Deflection, parameters.Angle, parameters.InParallel = tolerance, angle, True
+    parameters.MeshAlgo = method
+    BRepMesh_IncrementalMesh(copy, parameters, Message_ProgressRange())
     progress("tessellate", 0.5)
     numbers = shape_map(copy, TopAbs_FACE)
     meshes = [mesh for solid in distinct(copy, TopAbs_SOLID) if (mesh := _solid_mesh(solid, numbers))]
-    progress("tessellate", 1.0)
-    if not meshes:
-        raise NoSolidError(f"none of {numbers.Extent()} faces could be triangulated; check the part's geometry")
-    return joined(meshes), tolerance
+    return joined(meshes) if meshes else None
+
+
+def _sound(mesh: Mesh) -> bool:
+    """Whether a mesh is closed, and no triangles of it run through each other."""
+    size = float(np.median(np.linalg.norm(np.diff(mesh.vertices[mesh.faces[:, :2]], axis=1), axis=2)))
+    with parallel.threads(None, len(mesh.faces)):
+        return mesh.is_watertight and not bool(intersecting(mesh.vertices, mesh.faces, size).any())
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:

@@ -303,6 +303,38 @@ def validate(
 
 
 @app.command()
+def batch(
+    parts: Annotated[list[Path], typer.Argument(metavar="IN...", help="Parts, and folders of parts.")],
+    operation: Annotated[str, typer.Option("--op", metavar="NAME", help="fillet, round, smooth, offset, shell …")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")],
+    radius: Radius = None,
+    distance: Annotated[
+        float | None, typer.Option("--distance", "-d", "--thickness", "-t", "--length", "-l", help="Instead of -r.")
+    ] = None,
+    edges: Chosen = None,
+    suffix: Annotated[str, typer.Option(metavar="S", help="Kind of the results.")] = ".stl",
+    workers: Annotated[int | None, typer.Option(min=1, metavar="N", help="Processes; default: all cores.")] = None,
+    spacing: Spacing = None,
+    tolerance: Tolerance = None,
+    engine: Engine = "exact",
+    quiet: Quiet = False,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Work on many parts; what is done is not done again after an interruption, and one bad part stops no other."""
+    from .cli_batch import work_on_all
+
+    if operation not in ("fillet", "round", "smooth", "chamfer", "offset", "shell"):
+        raise typer.BadParameter(f"{operation!r} is no operation for many parts", param_hint="--op")
+    if (radius is None) == (distance is None):
+        raise typer.BadParameter("give a radius, or a distance, thickness or length", param_hint="-r")
+    work_on_all(
+        parts, operation, distance if radius is None else radius, output, suffix, quiet=quiet, json=json,
+        workers=workers, edges=edges, spacing=spacing, tolerance=tolerance, engine=engine, force=force,
+    )  # fmt: skip
+
+
+@app.command()
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path(
         "demo"

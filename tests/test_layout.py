@@ -14,7 +14,7 @@ import cad_implicit
 ROOT = Path(cad_implicit.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 HOSTS = {"OCP", "cadquery", "build123d", "FreeCAD", "Part"}
-FRONT_ENDS = {"cli_validate", "cli", "report", "cadquery", "cadquery_shapes", "build123d"}
+FRONT_ENDS = {"cli_validate", "cli_batch", "cli", "report", "cadquery", "cadquery_shapes", "build123d"}
 HOST_MODULES = {"cadquery.py": {"cadquery"}, "cadquery_shapes.py": {"cadquery"}, "build123d.py": {"build123d"}}
 
 

@@ -48,21 +48,21 @@ class BlendedPair(FaceDistance):
     kind = "pair"
 
     def __init__(self, strip: Strip, supports: Sequence[Support], sign: float) -> None:
-        self._strip, self._supports, self._sign = strip, tuple(supports), sign
+        self.strip, self._supports, self._sign = strip, tuple(supports), sign
 
     @property
     def radius(self) -> float:
         """Of the blend, in mm."""
-        return float(self._strip.spine.radius.max())
+        return float(self.strip.spine.radius.max())
 
     def outside(self, points: FloatArray) -> NDArray[np.bool_]:
         """Whether points (N, 3) are beside the faces, not beside the blend."""
-        return np.asarray(self._strip.from_ball(points)[2].min(axis=1) < 0)
+        return np.asarray(self.strip.from_ball(points)[2].min(axis=1) < 0)
 
     def value_and_gradient(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Signed distances (N,) and gradients (N, 3)."""
         x = np.ascontiguousarray(points, np.float64)
-        ball, slope, within = self._strip.from_ball(x)
+        ball, slope, within = self.strip.from_ball(x)
         value, gradient = -ball, -slope
         first = within[:, 0] < within[:, 1]
         for side, support in enumerate(self._supports):
@@ -135,8 +135,10 @@ def followed(rails: Sequence[Rail], edges: Sequence[Edge]) -> tuple[list[Rail], 
     links: dict[tuple[int, Which], tuple[tuple[int, Which], _Turn]] = {}
     for turn in turns:
         links[turn.one], links[turn.other] = (turn.other, turn), (turn.one, turn)
-    pairs = {number: _pair(rails[number], max(_constant(rails[t.one[0]]) for t in turns if t.first is rails[number]))
-             for number in leading}  # fmt: skip
+    pairs = {}
+    for number in leading:
+        later = max(_constant(rails[turn.one[0]]) for turn in turns if turn.first is rails[number])
+        pairs[number] = blended_pair(rails[number], later)
     result = [rails[number] for number in sorted(leading)]
     after: dict[int, list[Rail]] = {}
     left = set(range(len(rails))) - leading
@@ -193,7 +195,7 @@ def _turn(vertex: Vertex, index: dict[int, int]) -> _Turn | None:
     return None if len(sides) != 2 else _Turn(vertex.ends[lead][0], a, b, sides)
 
 
-def _pair(first: Rail, radius: float) -> BlendedPair:
+def blended_pair(first: Rail, radius: float) -> BlendedPair:
     """Blend of a rail that goes first, with its faces, for balls of a radius that follow it."""
     by = _EXTENT * (_constant(first) + radius)
     guide = first.guide if first.guide.closed else extended(
@@ -290,10 +292,12 @@ def _between(guide: Guide, before: BlendedPair | None, after: BlendedPair | None
             continue
         at = np.linspace(limits[end], guide.length / 2, _LOOKS)
         clear = pair.outside(guide.place(at)[0])
-        low, high = at[0], at[int(np.argmax(clear))]
-        if clear[0] or not clear.any():
+        if clear[0]:
             continue
-        low = at[int(np.argmax(clear)) - 1]
+        if not clear.any():  # blends that meet in its middle leave nothing of it
+            limits[end] = guide.length / 2
+            continue
+        low, high = at[int(np.argmax(clear)) - 1], at[int(np.argmax(clear))]
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
             if pair.outside(guide.place(np.array([middle]))[0])[0]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cad.edges import Edge
 from .chamfers import legs
@@ -59,6 +60,12 @@ _BACK = 0.01
 #: What is left of it before the face may be narrow: then its margin, and with it the cells, are that many times as wide
 #: at most. (A post in a corner, 0.15 spacings: without, or with 6, contours were up to 0.08 off.)
 _NARROW = 4.0
+
+#: Borders are looked for at places so far apart along an edge, in radii, and at so many at most.
+_LOOK = 0.25
+_MOST = 1000
+#: Cosine of the turn between two samples of what is straight.
+_STRAIGHT = 1 - 1e-12
 
 #: Cuts matter up to where all of a strip is before the face by this share of the radius.
 _CLEARLY = 0.05
@@ -188,7 +195,7 @@ class Layer:
         if self.supports is self.rail.supports and self._falls(found):
             if self.strict:
                 raise RadiusError(f"{self._names()}: {self._what()} consumes a face")
-            found = spine(guide, self.supports, self.law, at)
+            found = spine(guide, self.supports, self.law, self._denser(at))
         way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
         if self.rail.constant is None or (bool((way > _STILL * along).all()) and bool(found.solved.all())):
             return found
@@ -232,9 +239,9 @@ class Layer:
             end = cliff(support.face, support.face.members, rail.guide, self.edges, barred, self.radius)
             if end is None:
                 continue
-            feet = found.touching()[inside, side]
+            feet, edge = self._between(found, inside, found.touching()[:, side], found.edge)
             border, beyond = end.border(feet)
-            flush = np.linalg.norm(feet - border, axis=1) < _FLUSH * np.linalg.norm(feet - found.edge[inside], axis=1)
+            flush = np.linalg.norm(feet - border, axis=1) < _FLUSH * np.linalg.norm(feet - edge, axis=1)
             if bool((flush[1:] & flush[:-1]).any()):
                 self.law = _scaled(rail.law, 1 - _LESS)
             elif bool(beyond.any()):
@@ -243,11 +250,25 @@ class Layer:
         changed = any(one is not other for one, other in zip(supports, rail.supports, strict=True))
         return changed or self.law is not law
 
+    def _denser(self, at: FloatArray) -> FloatArray:
+        """Positions (N,) with others between: where a face ends is seen only where one looks."""
+        count = int(np.clip(np.ceil((at[-1] - at[0]) / (_LOOK * self.radius)), 1, _MOST))
+        return np.unique(np.concatenate([at, np.linspace(at[0], at[-1], count + 1)]))
+
+    def _between(self, found: Spine, which: NDArray[np.bool_], *lines: FloatArray) -> list[FloatArray]:
+        """Give some of the samples of lines (N, 3) along a spine, and points between where it is straight."""
+        at, along = found.at[which], found.tangents[which]
+        dense = self._denser(at)
+        piece = np.clip(np.searchsorted(at, dense, side="right") - 1, 0, max(len(at) - 2, 0))
+        straight = (along[piece] * along[np.minimum(piece + 1, len(at) - 1)]).sum(axis=1) > _STRAIGHT
+        dense = dense[straight | np.isin(dense, at)]
+        return [np.stack([np.interp(dense, at, line[which][:, k]) for k in range(3)], axis=1) for line in lines]
+
     def _strip(self, found: Spine, corners: tuple[bool, bool], cuts: Sequence[Cut]) -> Strip:
         """Strip whose margin is less where there is more of the part behind a thin wall or gap."""
         strip = Strip(found, self.rail.supports, self.margin, corners)
         while self.part is not None and not self.rail.follows and strip.margin > _LEAST * self.radius:
-            skin = strip.skin()
+            skin = np.concatenate(self._between(found, np.ones(len(found.at), np.bool_), *strip.skin()))
             for cut in cuts:
                 skin = skin[cut.side * cut.support(skin)[0] > 0]
             if len(skin) == 0 or float((self.rail.sign * self.part(skin)).max()) < _CLEAR * self.margin:

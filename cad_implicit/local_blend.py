@@ -27,6 +27,7 @@ from .layout import Laid, lay
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .rails import Choice, Radius, rails
+from .rolling import rolled
 from .strips import SPACINGS, Region, Regions, Without
 
 Pair = tuple[FloatArray, FloatArray]
@@ -258,7 +259,7 @@ def lay_out(
     single = [
         rail for kind in KINDS for rail in rails([choice for choice in choices if choice.edge.convexity == kind], faces)
     ]
-    joined, after = followed(single, found)
+    joined, after = rolled(*followed(single, found))
     laid = {}
     for kind, sign in (("concave", -1.0), ("convex", 1.0)):
         own = [rail for rail in joined if rail.sign == sign]

@@ -144,8 +144,8 @@ class Strip(Region):
         pad = 2 * margin + self._bulge()
         self.box = np.stack([held.min(axis=0) - pad, held.max(axis=0) + pad])
 
-    def skin(self) -> FloatArray:
-        """Points (N, 3) of its border beyond the faces, between where it touches them and the edge."""
+    def skin(self) -> list[FloatArray]:
+        """Lines of points (N, 3) of its border beyond the faces, between where it touches them and the edge."""
         along = np.cross(self.spine.tangents[:, None], self._normals) * self._turns[:, None]
         along /= np.linalg.norm(along, axis=2)[:, :, None]
         length, height, start, end = np.moveaxis(self._lines, 2, 0)
@@ -155,8 +155,9 @@ class Strip(Region):
             rest = 1 - share
             above = share * share * (1 + 2 * rest) * height + share * rest * length * (rest * start - share * end)
             above += self.margin
-            points.append(touching + (share * length)[:, :, None] * along + above[:, :, None] * self._normals)
-        return np.concatenate(points).reshape(-1, 3)
+            line = touching + (share * length)[:, :, None] * along + above[:, :, None] * self._normals
+            points += [line[:, 0], line[:, 1]]
+        return points
 
     def way(self, at: ArrayLike) -> FloatArray:
         """Ways (N,) in mm along the spine for positions (N,) along the edge."""

@@ -288,6 +288,37 @@ def test_round_of_a_post_in_a_corner_stays_out_of_the_walls() -> None:
     assert (value > 0)[clear].tolist() == (truth > 0)[clear].tolist()
 
 
+def test_fillet_goes_around_a_rib_whose_top_is_one_round() -> None:
+    """Rib as wide as two balls at a wall: what is left of its top's end has no length."""
+    rib = edge_parts.fused(cad_parts.box((6, 30, 24), (-6, -15, 0)), cad_parts.box((26, 4, 12), (-1, -2, 0)))
+    lines = [(12.5, -2.0, 12.0), (12.5, 2.0, 12.0), (0.0, -2.0, 6.0), (0.0, 2.0, 6.0), (0.0, 0.0, 12.0)]
+    numbers = [edge.number for edge in chosen(rib, lines)]
+    part = cad_parts.moved(rib)
+    blend = ci.fillet(part, 2.0, edges=numbers, spacing=0.5)
+    check_sound(ci.contour(blend))
+    ((spine, _),) = blend.laid["concave"].spines
+    x, y, z = local(part, spine.centres).T
+    np.testing.assert_allclose(x, 2, atol=1e-6)
+    np.testing.assert_allclose(np.hypot(y, np.maximum(z - 10, 0)), 4, atol=1e-5)
+
+
+def test_fillet_rolls_over_the_round_of_a_border_that_it_touches() -> None:
+    """Boss tangent to a plate's side: the ball touches the rounded plate."""
+    tangent = edge_parts.fused(cad_parts.box((20, 20, 10), (-15, -10, -10)), edge_parts.cylinder(5, 20, (0, 0, -10)))
+    part = cad_parts.moved(tangent)
+    blend = ci.fillet(
+        part,
+        1.0,
+        edges=[edge.number for edge in ci.edges(part, "all") if edge.convexity in ("convex", "concave")],
+        spacing=0.3,
+    )
+    check_sound(ci.contour(blend))
+    ((spine, _),) = blend.laid["concave"].spines
+    x, y, z = local(part, spine.centres).T
+    np.testing.assert_allclose(np.hypot(x, y), 6, atol=1e-6)
+    np.testing.assert_allclose(np.hypot(np.maximum(x - 4, 0), z + 1), 2, atol=1e-6)
+
+
 @pytest.mark.parametrize("concave", [False, True])
 def test_radius_that_grows_touches_its_balls(concave: bool) -> None:
     length, side = 46.0, 1.0 if concave else -1.0

@@ -118,7 +118,7 @@ def test_far_away_values_are_negative_and_grow() -> None:
 
 
 def test_skin_is_a_margin_above_the_faces() -> None:
-    x, y, _ = local(straight().skin()).T
+    x, y, _ = local(np.concatenate(straight().skin())).T
     assert np.minimum(x, y) == pytest.approx(-MARGIN)
     assert np.maximum(x, y).min() > -1e-9
     assert np.maximum(x, y).max() == pytest.approx(RADIUS)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from stitching_regions import (
     ORIGIN,
+    TURN,
     Region,
     X,
     Y,
@@ -260,6 +261,30 @@ def test_sheets_thinner_than_cells_get_no_creases_within() -> None:
     assert len(new) > 0
     assert np.abs(sheet(new)).max() < 5e-3 * H
     assert count_intersections(after) <= count_intersections(before)
+
+
+@pytest.mark.nojit
+def test_strips_without_area_go() -> None:
+    """One upright in the middle of a flat face, with a needle beside it from corner to corner."""
+    x = np.array([0.0, 0.23, 0.41, 0.66, 0.85, 1.0, 1.0])
+    y = np.array([0.0, 1e-9, -1e-9, 1e-9, -1e-9, 1e-5, 0.0])
+    corners = np.array([[0.4, 1, 0], [0.4, -1, 0], [0.4, 0, -1]])
+    points = np.concatenate([np.stack([x, y, 0 * x], axis=1), corners]) @ TURN.T + ORIGIN
+    strip, needle = [[5, k + 1, k] for k in range(4)], [[5, 0, 6]]
+    front, back = [*([k, k + 1, 7] for k in range(4)), [4, 5, 7], [5, 6, 7]], [[6, 0, 8]]
+    faces = np.array([*strip, *needle, *back, *front, [0, 7, 9], [7, 6, 9], [8, 0, 9], [6, 8, 9]], np.int32)
+    assert Mesh(points, faces).is_watertight
+    vectors = Mesh(points, faces).face_vectors
+    facing = np.zeros((len(faces), 4))
+    facing[:, :3] = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    facing[:4, :3], facing[4:12, :3] = Y, Z
+    facing[:, 3] = [*[1] * 4, 2, 2, *[3] * 6, 4, 5, 6, 7]
+    loose = np.array([0, 2, 2, 2, 2, 2, 0, 0, 0, 0], np.int8)
+    kept = seams.tidy(points, faces, facing, loose, 1e-3, 1e-3, 0.01, 0.0)
+    mesh = Mesh(points, faces[kept])
+    assert mesh.is_watertight
+    longest = ((points[mesh.faces] - points[np.roll(mesh.faces, 1, axis=1)]) ** 2).sum(axis=2).max(axis=1)
+    assert (np.linalg.norm(mesh.face_vectors, axis=1) > 0.05 * longest).all()
 
 
 @pytest.mark.nojit

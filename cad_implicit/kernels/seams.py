@@ -17,6 +17,10 @@ _THIN = 0.035
 #: A collapse may leave triangles of half the quality that they had, or better ones than this.
 _WORSE = 0.5
 
+#: Triangles lower than this share of their longest side are lines: a collapse that leaves them so is no worse.
+#: (Without, a strip without area beside a wall kept the needle at its end, and so all others.)
+_FLAT = 1e-4
+
 #: Along an edge that lies in a shape's face, triangles without area follow each other: one goes in each round. Most end
 #: after a few; seams of 800 mm with triangles of 0.05 mm take 2000.
 _ROUNDS = 20_000
@@ -42,6 +46,20 @@ def _height_above(p, top, a, b):
 
 
 @jit
+def _is_flat(p, a, b, c):
+    """Whether a triangle is as good as a line, whatever way it faces."""
+    u, v, w = _length(p, a, b), _length(p, b, c), _length(p, c, a)
+    longest = max(u, max(v, w))
+    if longest == 0:
+        return True
+    if u == longest:
+        return _height_above(p, c, a, b) <= _FLAT * longest
+    if v == longest:
+        return _height_above(p, a, b, c) <= _FLAT * longest
+    return _height_above(p, b, c, a) <= _FLAT * longest
+
+
+@jit
 def _may_move(p, faces, facing, head, following, u, v, shift):
     """Whether the triangles around u stay good, and the surface where it is, if u moves to v."""
     corner = head[u]
@@ -51,7 +69,9 @@ def _may_move(p, faces, facing, head, following, u, v, shift):
         if a != v and b != v:
             before = slivers._quality(p, u, a, b, facing[t])
             after = slivers._quality(p, v, a, b, facing[t])
-            if after <= 0 or (after < _THIN and after < _WORSE * before) or slivers._height(p, u, v, a, b) > shift:
+            worse = after <= 0 or (after < _THIN and after < _WORSE * before)
+            flat = _length(p, u, v) <= shift and _is_flat(p, u, a, b) and _is_flat(p, v, a, b)
+            if not flat and (worse or slivers._height(p, u, v, a, b) > shift):
                 return False
         corner = following[corner, 0]
     return True

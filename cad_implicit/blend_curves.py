@@ -12,6 +12,12 @@ from .implicit import FloatArray
 #: Rounds from the nearest known point of a rim to the nearest of all.
 _ROUNDS = 12
 
+#: Of the rim's length: its tangents are taken between places so far apart, steps are no longer than that, and those
+#: shorter than this end the search.
+_DIFFERENCE = 1e-5
+_STRIDE = 0.05
+_STILL = 1e-12
+
 
 class Curve(Protocol):
     """A curve with a parameter in mm or radians.
@@ -73,17 +79,24 @@ class Rim:
     def way(self, points: FloatArray) -> FloatArray:
         way = self._ways[self._tree.query(points)[1]].copy()
         length = self._surface.length
-        step = 1e-5 * length
+        left = np.arange(len(points))
         for _ in range(_ROUNDS):
-            here = self.at(way)
-            along = (self.at(way + step) - self.at(way - step)) / (2 * step)
-            move = ((points - here) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-12)
-            way = way + np.clip(move, -0.05 * length, 0.05 * length)
+            before = way[left]
+            after = before + np.clip(self._step(before, points[left]), -_STRIDE * length, _STRIDE * length)
             if self.period is None:
-                way = np.clip(way, 0.0, length)
-            if float(np.abs(move).max(initial=0.0)) < 1e-12 * length:
+                after = np.clip(after, 0.0, length)
+            way[left] = after
+            left = left[np.abs(after - before) > _STILL * length]
+            if len(left) == 0:
                 break
         return np.asarray(way if self.period is None else np.mod(way, length))
+
+    def _step(self, ways: FloatArray, points: FloatArray) -> FloatArray:
+        """Go (N,) towards the nearest places, by the tangents at ways."""
+        count, step = len(ways), _DIFFERENCE * self._surface.length
+        here, after, before = self.at(np.concatenate([ways, ways + step, ways - step])).reshape(3, count, 3)
+        along = (after - before) / (2 * step)
+        return np.asarray(((points - here) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-12))
 
 
 class Arc:

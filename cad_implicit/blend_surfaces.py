@@ -21,6 +21,9 @@ from .strips import Strip
 #: A ball that moves by less than this share of its radius stands still, as in the end of a slot.
 _STILL = 1e-3
 
+#: Spines are lines and circles only if their directions are within so many radians of those.
+_TURN = 1e-3
+
 #: Points between two ways that tell a primitive; stretches shorter than so many radii are like those before them; and
 #: strips of more stretches than this stay in one.
 _FEW = 9
@@ -158,14 +161,21 @@ class StripSurface:
         if float(np.ptp(self.spine.radius)) > ALIKE * self.radius:
             return None
         centres = self._centres(ways)
+        tangents = self.spine.tangents[(self.ways >= start) & (self.ways <= end)]
+        line = line_through(centres, self.radius)
+        if line is not None and float(np.linalg.norm(np.cross(tangents, line), axis=1).max(initial=0.0)) < _TURN:
+            return Primitive("cylinder", centres.mean(axis=0), line, self.radius)
         spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
         if spread < _STILL * self.radius:
             return Primitive("sphere", centres.mean(axis=0), self.spine.tangents[0], self.radius)
-        line = line_through(centres, self.radius)
-        if line is not None:
-            return Primitive("cylinder", centres.mean(axis=0), line, self.radius)
         circle = circle_through(centres, self.radius)
-        return None if circle is None else Primitive("torus", circle[0], circle[1], self.radius, circle[2])
+        if circle is None or float(np.abs(tangents @ circle[1]).max(initial=0.0)) > _TURN:
+            return None
+        ends = self._centres(np.array([start, end])) - circle[0]
+        turned = (ends * tangents[[0, -1]]).sum(axis=1) if len(tangents) else np.zeros(2)
+        if float(np.abs(turned).max()) > _TURN * circle[2]:
+            return None
+        return Primitive("torus", circle[0], circle[1], self.radius, circle[2])
 
     def pieces(self) -> list[StripSurface | StripPiece]:
         """Give the strip, or stretches of it that each are one primitive, and what is between these."""

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from .blend_curves import Curve
 from .blend_labels import Faces, Outward
-from .crossing_curves import POINT, Crossing
+from .crossing_curves import POINT, Crossing, straight
 from .implicit import FloatArray
 from .mesh import Mesh
 from .outlines import Border, Original, Outline, Outlined
@@ -57,7 +57,7 @@ class Outliner:
     ----------
     mesh : Mesh
     labels : (F,) int64
-        Faces of the part from 0, surfaces of blends from ``count``.
+        Faces of the part from 0, surfaces of blends from ``count``; after those each triangle is a face of its own.
     count : int
         Number of faces of the part.
     faces : Faces
@@ -69,6 +69,8 @@ class Outliner:
 
     Attributes
     ----------
+    first_facet : int
+        The first label of a triangle that is a face of its own.
     patches : Patches
         Of the outline; only after that was found.
     """
@@ -89,11 +91,14 @@ class Outliner:
         self.surfaces, self.original, self.h = list(surfaces), original, spacing
         self._faces: dict[int, Outward] = {}
         away, nearest = cKDTree(original.vertices).query(mesh.vertices)
+        self.first_facet = count + len(self.surfaces)
         self.known = np.where(away < _SAME * spacing, nearest, -1)
 
     def outline(self) -> Outline:
         """Outline of the mesh."""
-        own = np.flatnonzero(self.known >= 0)
+        fixed = self.known >= 0
+        fixed[self.mesh.faces[self.labels >= self.first_facet]] = True
+        own = np.flatnonzero(fixed)
         rough = divide(self.mesh, self.labels, own)
         rings = find_rings(self.mesh, rough, self.surfaces, self.count)
         seams = seam_crossings(self.mesh, rough, self.known, self.original, self.count)
@@ -126,6 +131,10 @@ class Outliner:
             self._faces[label] = Outward(self.faces.face(label + 1), -1.0)
         return self._faces[label]
 
+    def _is_straight(self, chain: Chain) -> bool:
+        """Whether a chain is an edge of a triangle that is a face of its own."""
+        return max(self._beside(chain)) >= self.first_facet
+
     def _beside(self, chain: Chain) -> tuple[int, int]:
         """Labels on both sides of a chain."""
         return int(self.patches.labels[chain.left]), int(self.patches.labels[chain.right])
@@ -134,6 +143,8 @@ class Outliner:
 
     def _curve(self, chain: Chain) -> Followed:
         """Tell what a chain follows."""
+        if self._is_straight(chain):
+            return None
         labels = self._beside(chain)
         points = self.mesh.vertices[chain.vertices]
         some = points[np.unique(np.linspace(0, len(points) - 1, _SOME).astype(int))]
@@ -178,7 +189,7 @@ class Outliner:
         for chain, curve in zip(self.patches.chains, curves, strict=True):
             for vertex in {int(chain.vertices[0]), int(chain.vertices[-1])}:
                 if curve is None:
-                    around[vertex][1].update(self._beside(chain))
+                    around[vertex][1].update(label for label in self._beside(chain) if label < self.first_facet)
                 else:
                     around[vertex][0].append(self.original.edges[curve] if isinstance(curve, int) else curve)
         for vertex, seam in seams.items():
@@ -214,6 +225,8 @@ class Outliner:
     def _border(self, chain: Chain, curve: Followed, index: dict[int, int], points: FloatArray) -> Border:
         start, end = index[int(chain.vertices[0])], index[int(chain.vertices[-1])]
         inner = self.mesh.vertices[chain.vertices[1:-1]]
+        if self._is_straight(chain):
+            return Border(start, end, straight(points[start], points[end]), np.array([0.0, 1.0]))
         if curve is None:
             first, second = (self.surface(label) for label in self._beside(chain))
             return Border(start, end, *Crossing(first, second, self.h).border(points[start], inner, points[end]))
@@ -247,6 +260,8 @@ class Outliner:
 
         gone = set()
         for number, chain in enumerate(self.patches.chains):
+            if self._is_straight(chain):
+                continue
             border = outline.borders[number]
             path = self.mesh.vertices[chain.vertices]
             length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

@@ -6,20 +6,26 @@ by the blends, and the blends are planes, cylinders, cones, tori, spheres or spl
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .blend_labels import blend_surfaces, label
+from .blend_labels import Outward, blend_surfaces, label
 from .cad.solids import SolidPart, solid_of
 from .contouring import contour
 from .errors import InvalidMeshError
+from .facetting import facetted
 from .implicit import Implicit
 from .local_blend import LocalBlend
 from .mesh import Mesh
 from .outliner import Outliner
 from .parallel import Progress, no_progress
+from .patches import Numbers
 from .simplifying import simplify
+
+if TYPE_CHECKING:
+    from .cad.occ import Shape
+    from .cad.occ_solids import Builder
 
 #: The volume of a solid may differ by that from that of the mesh, in chords: cubic mm per squared spacing over radius
 #: and square mm of new surface. The chord itself takes 0.2.
@@ -27,6 +33,9 @@ _CHORDS = 0.5
 
 #: And by this share of the volume, for the part's own facets.
 _SHARE = 2e-5
+
+#: Rounds in which more and more patches fall apart to triangles before all of them do.
+_ROUNDS = 6
 
 
 def to_part(
@@ -84,7 +93,7 @@ def to_part(
 
 
 def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> SolidPart:
-    """Solid of a blend on the surfaces of the part and of the blends.
+    """Solid of a blend on the surfaces of the part and of the blends; triangles where one of them does not do.
 
     Raises
     ------
@@ -92,23 +101,13 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
         If the kernel finds it invalid, or it is not what the mesh is.
     """
     from .cad import occ
-    from .cad.occ_original import ShapeTopology
-    from .cad.occ_solids import Builder
 
     progress("solid", 0.0)
     surfaces = blend_surfaces(blend.laid)
-    own = ShapeTopology(blend.part.shape)
-    count = len(own.face_shapes)
+    count = occ.count_faces(blend.part.shape)
     labels = label(mesh, count, blend.faces, surfaces, blend.spacing)
-    if (labels < 0).any():
-        raise InvalidMeshError(f"{int((labels < 0).sum())} triangles lie on no known surface")
     progress("solid", 0.3)
-    outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
-    outline = outliner.outline()
-    progress("solid", 0.6)
-    shape = Builder(mesh, outline, outliner.patches, count, surfaces, own).solid()
-    if not occ.is_valid(shape):
-        raise InvalidMeshError("the kernel finds the solid invalid")
+    builder, shape, why = _rebuilt(blend, mesh, labels, surfaces)
     area = np.linalg.norm(mesh.face_vectors, axis=1)
     radius = min(
         [float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain]
@@ -119,5 +118,35 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
     if off > chord + _SHARE * mesh.volume:
         raise InvalidMeshError(f"its volume differs by {off:.3g} mm³ from that of the mesh")
     progress("solid", 1.0)
-    whole = occ.area(shape)
-    return SolidPart(shape, name, whole, whole, occ.count_faces(shape), 0)
+    whole, plane = occ.area(shape), sum(occ.area(face) for face in builder.facets)
+    return SolidPart(shape, name, whole, whole - plane, occ.count_faces(shape), len(builder.facets), why)
+
+
+def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outward]) -> tuple[Builder, Shape, str]:
+    """Builder, the solid it made, and why some of its faces are triangles: round by round there are more of them."""
+    from .cad import occ
+    from .cad.occ_original import ShapeTopology
+    from .cad.occ_solids import EDGE, Builder
+
+    own = ShapeTopology(blend.part.shape)
+    count = len(own.face_shapes)
+    unknown = int((labels < 0).sum())
+    reasons = [f"{unknown} triangles lie on no known surface"] if unknown else []
+    bad: set[int] = set()
+    for _ in range(_ROUNDS):
+        probe = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
+        if bad or unknown:
+            labels = facetted(mesh, labels, bad, probe.surface, probe.first_facet, EDGE / 2)
+        outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
+        outline = outliner.outline()
+        builder = Builder(mesh, outline, outliner.patches, count, surfaces, own)
+        shape = builder.solid()
+        if shape is not None and occ.is_valid(shape):
+            return builder, shape, "; ".join(dict.fromkeys(reasons))
+        if shape is not None:
+            builder.find_invalid()
+        if not builder.failed:
+            break
+        bad = set(builder.failed)
+        reasons += builder.failed.values()
+    raise InvalidMeshError(reasons[-1] if bad else "the kernel finds the solid invalid")

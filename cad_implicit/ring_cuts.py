@@ -77,7 +77,7 @@ def find_rings(mesh: Mesh, patches: Patches, surfaces: Sequence[Outward], count:
     """Patches that go around: those of ``surfaces``, whose labels start from ``count``."""
     found = []
     for label, loops in zip(patches.labels.tolist(), patches.loops, strict=True):
-        if label < count or len(loops) not in (1, 2):
+        if not count <= label < count + len(surfaces) or len(loops) not in (1, 2):
             continue
         surface = surfaces[label - count].surface
         if not isinstance(surface, StripSurface) or not surface.closed:

@@ -19,9 +19,11 @@ from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE
 
 import cad_implicit as ci
+from cad_implicit.blend_labels import blend_surfaces, label
 from cad_implicit.cad import occ, occ_files
 from cad_implicit.cad.occ_exact import exact_blend
 from cad_implicit.cad.solids import SolidPart
+from cad_implicit.parting import _rebuilt
 
 pytestmark = pytest.mark.host
 
@@ -156,6 +158,26 @@ def test_chamfers_meet_in_corners() -> None:
     corner = 1 - 1 / 6  # all but the part of a unit cube beyond x + y + z = 2
     assert volume(made) == pytest.approx(9 * 8 * 7 - 4 * (7 + 6 + 5) / 2 - 8 * corner, rel=CLOSE)
     assert kinds(made) == {"Plane": 26}
+
+
+def test_only_what_fits_no_surface_becomes_facets() -> None:
+    part = cad_parts.moved(boss())
+    blend = ci.fillet(part, 1.5, edges="all", spacing=0.5)
+    mesh = blend.mesh()
+    surfaces = blend_surfaces(blend.laid)
+    count = occ.count_faces(part)
+    labels = label(mesh, count, blend.faces, surfaces, blend.spacing)
+    plate = [n for n, surface in enumerate(surfaces, count) if surface.surface.primitive().kind != "torus"]
+    labels[labels == plate[0]] = -1
+    lost = int((labels < 0).sum())
+    builder, shape, why = _rebuilt(blend, mesh, labels, surfaces)
+    assert why == f"{lost} triangles lie on no known surface"
+    assert occ.is_valid(shape)
+    # round neighbours in a chain around the plate follow; planes and the boss do not
+    facets = len(builder.facets)
+    assert facets > lost
+    assert kinds(shape) == {"Plane": 7 + facets, "Toroidal": 4, "Cylindrical": 1}
+    assert volume(shape) == pytest.approx(mesh.volume, rel=2e-3)
 
 
 def test_what_is_no_blend_becomes_facets() -> None:

@@ -1,8 +1,9 @@
 """Solids of local blends: ``python -m validation.solids [--kernel]``.
 
 Every triple of :mod:`validation.local_triples` becomes a solid on the part's own surfaces and those of the blends.
-Printed are whether the kernel finds it valid, how many faces it has, how far its volume is from that of the exact
-kernel's own blend (with ``--kernel``) or of the mesh, the size of its STEP file, and why it has facets if it has.
+Printed are whether the kernel finds it valid, the share of its area that is exact, how many faces it has, how far its
+volume is from that of the exact kernel's own blend (with ``--kernel``) or of the mesh, the size of its STEP file, and
+why it has facets if it has.
 Exits with 1 if a solid is not valid or has facets.
 """
 
@@ -40,7 +41,7 @@ class Found:
     """What came of a run; volumes in mm³, size in kB."""
 
     valid: bool
-    exact: bool
+    share: float
     faces: int
     volume: float
     mesh: float
@@ -53,7 +54,7 @@ class Found:
     def line(self) -> str:
         """Row of the table."""
         against = self.kernel if self.kernel else self.mesh
-        fate = ("exact" if self.exact else "facets") if self.valid else "INVALID"
+        fate = ("exact" if self.share == 1.0 else f"{self.share:.1%}") if self.valid else "INVALID"
         return (
             f"{fate:8s}{self.faces:6d} faces  volume {self.volume:12.4f} {self.volume / against - 1:+9.1e}"
             f"{self.blend_seconds:7.2f} s + {self.seconds:5.2f} s{self.size:9.1f} kB  {self.why[:160]}"
@@ -94,7 +95,7 @@ def perform(index: int, kernel: bool) -> Found | str:
     truth = exact_blend(part.shape, sizes, triple.blend) if kernel else None
     return Found(
         occ.is_valid(made.wrapped) and again,
-        made.facets == 0,
+        made.exact_share,
         made.faces,
         occ.volume(made.wrapped),
         mesh.volume,
@@ -118,7 +119,7 @@ def main() -> int:
     bad = 0
     for index in chosen:
         result = worker(index)
-        bad += isinstance(result, str) or not (result.valid and result.exact)
+        bad += isinstance(result, str) or not (result.valid and result.share == 1.0)
         line = f"ERROR {result}" if isinstance(result, str) else result.line()
         print(f"{index:3d} {triples[index].name:36s}{line}", flush=True)
     worker.close()

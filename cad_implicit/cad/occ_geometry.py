@@ -45,6 +45,9 @@ _STRAIGHT = 2e-7
 _SPLINE = 1e-6
 _FIRST, _MOST = 9, 600
 
+#: Axes of a sphere that are tried.
+_AXES = 12
+
 #: Pieces of a surface go on smoothly if that moves it by less than so many mm.
 _SMOOTH = 1e-7
 
@@ -96,7 +99,7 @@ def _circle(points: FloatArray, everything: FloatArray) -> Made | None:
     a, b = middle - first, last - first
     normal = np.cross(a, b)
     square = float(normal @ normal)
-    if square < 1e-12 * float(a @ a) * float(b @ b):
+    if square <= 1e-12 * float(a @ a) * float(b @ b):
         return None
     to_centre = (np.cross(normal, a) * (b @ b) + np.cross(b, normal) * (a @ a)) / (2 * square)
     centre, radius = first + to_centre, float(np.linalg.norm(to_centre))
@@ -149,14 +152,34 @@ def flat_curve(parameters: FloatArray, places: FloatArray) -> Any:
     return Geom2d_BSplineCurve(array, _reals(knots), _integers(counts), degree)
 
 
-def primitive_surface(primitive: Primitive, towards: FloatArray) -> Any:
-    """Surface of a primitive whose seam lies opposite of a point (3,)."""
+def away_from(made: Made, surface: Any, parameters: FloatArray, found: FloatArray) -> float:
+    """Largest distance between a curve and places (N, 2) of a surface."""
+    feet = np.array([surface.Value(float(u), float(v)).Coord() for u, v in found])
+    return float(np.linalg.norm(feet - made.at(parameters), axis=1).max())
+
+
+def unwrap(found: FloatArray, geometry: Any, centre: FloatArray) -> None:
+    """Make places (N, 2) along an edge continuous where the surface is closed, in place."""
+    low_u, high_u, low_v, high_v = geometry.Bounds()
+    middle = len(found) // 2
+    closed = (geometry.IsUClosed(), geometry.IsVClosed())
+    for axis, period in ((0, high_u - low_u), (1, high_v - low_v)):
+        if not closed[axis]:
+            continue
+        column = found[:, axis]
+        steps = np.diff(column)
+        steps -= np.round(steps / period) * period
+        column[middle + 1 :] = column[middle] + np.cumsum(steps[middle:])
+        column[:middle] = column[middle] - np.cumsum(steps[:middle][::-1])[::-1]
+        column -= np.round((column[middle] - centre[axis]) / period) * period
+
+
+def primitive_surface(primitive: Primitive, towards: FloatArray, border: FloatArray) -> Any:
+    """Surface of a primitive whose seam lies opposite of a point (3,), and the poles far from a border (N, 3)."""
     axis = primitive.axis / np.linalg.norm(primitive.axis)
     away = towards - primitive.point
-    if primitive.kind == "sphere":  # poles far from the point, too
-        direction = away / np.linalg.norm(away)
-        axis = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-        axis /= np.linalg.norm(axis)
+    if primitive.kind == "sphere":
+        axis = _free_axis(away, border - primitive.point)
     across_axis = away - (away @ axis) * axis
     if float(np.linalg.norm(across_axis)) < 1e-9:
         across_axis = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -171,6 +194,17 @@ def primitive_surface(primitive: Primitive, towards: FloatArray) -> Any:
     if primitive.kind == "sphere":
         return Geom_SphericalSurface(frame, primitive.radius)
     return Geom_ToroidalSurface(frame, primitive.ring, primitive.radius)
+
+
+def _free_axis(towards: FloatArray, border: FloatArray) -> FloatArray:
+    """Axis (3,) at a right angle to a direction, whose poles are as far from a border (N, 3) on a sphere as can be."""
+    direction = towards / np.linalg.norm(towards)
+    x = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    x /= np.linalg.norm(x)
+    turns = np.linspace(0.0, np.pi, _AXES, endpoint=False)
+    axes = np.outer(np.cos(turns), x) + np.outer(np.sin(turns), np.cross(direction, x))
+    sizes = np.linalg.norm(border, axis=1)
+    return np.asarray(axes[np.abs(border @ axes.T / sizes[:, None]).max(axis=0).argmin()])
 
 
 def strip_surface(ways: FloatArray, points: FloatArray, between: FloatArray) -> Any:

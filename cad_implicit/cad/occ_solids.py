@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepTools import BRepTools
-from OCP.gp import gp_Pnt, gp_Vec
+from OCP.Geom import Geom_Plane
+from OCP.gp import gp_Dir, gp_Pnt, gp_Vec
 from OCP.ShapeAnalysis import ShapeAnalysis_Surface
 from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
@@ -21,8 +22,8 @@ from cad_implicit.mesh import Mesh
 from cad_implicit.outlines import Border, Outline, Outlined
 from cad_implicit.patches import Patches
 
-from .occ import Shape, as_edge, as_face, as_vertex, compound
-from .occ_geometry import Made, curve_through, flat_curve, primitive_surface, strip_surface
+from .occ import Shape, as_edge, as_face, as_vertex, compound, is_valid
+from .occ_geometry import Made, away_from, curve_through, flat_curve, primitive_surface, strip_surface, unwrap
 from .occ_original import ShapeTopology, places
 
 #: Edges must lie on both of their faces within so many mm, and are taken to do so within at least:
@@ -35,8 +36,26 @@ _MOST = 200
 _FINE = 1e-6
 
 
+class _AstrayError(InvalidMeshError):
+    """An edge does not lie on a face."""
+
+    def __init__(self, border: int, away: float) -> None:
+        super().__init__(f"an edge is {away:.3g} mm away from its face")
+        self.border = border
+
+
 class Builder:
-    """Makes the solid of an outline."""
+    """Makes the solid of an outline.
+
+    Attributes
+    ----------
+    failed : dict of int to str
+        Patches that cannot be put on their surfaces, and why.
+    facets : list of TopoDS_Face
+        Faces that are triangles of the mesh.
+    worst : float
+        Largest distance in mm of an edge from its faces.
+    """
 
     def __init__(
         self, mesh: Mesh, outline: Outline, patches: Patches, count: int, surfaces: list[Outward], own: ShapeTopology
@@ -47,21 +66,24 @@ class Builder:
         self._vertices: dict[int, Shape] = {}
         self._edges: dict[int, Shape] = {}
         self._geometry: dict[int, Made] = {}
+        self._first_facet = count + len(surfaces)
+        self._shapes: list[tuple[Outlined, Shape]] = []
+        self.failed: dict[int, str] = {}
+        self.facets: list[Shape] = []
         self.worst = 0.0
 
-    def solid(self) -> Shape:
-        """Solid of all faces.
-
-        Raises
-        ------
-        InvalidMeshError
-            If an edge is too far from one of its faces.
-        """
+    def solid(self) -> Shape | None:
+        """Solid of all faces; None if some failed."""
         shells: dict[int, list[Shape]] = {}
         component = self.mesh.component_of_face
         first = np.unique(self.patches.of_triangle, return_index=True)[1]
         for face in self.outline.faces:
-            shells.setdefault(int(component[first[face.patch]]), []).append(self._face(face))
+            shape = self._tried(face)
+            if shape is not None:
+                shells.setdefault(int(component[first[face.patch]]), []).append(shape)
+                self._shapes.append((face, shape))
+        if self.failed:
+            return None
         made = {}
         for number, faces in shells.items():
             shell = TopoDS_Shell()
@@ -78,6 +100,36 @@ class Builder:
         self._builder.Add(solid, shell)
         return solid
 
+    def find_invalid(self) -> None:
+        """Add to the failed patches those whose faces the kernel finds invalid."""
+        for face, shape in self._shapes:
+            if face.label < self._first_facet and not is_valid(shape):
+                self._blame([n for loop in face.loops for n, _ in loop], face, "the kernel finds it invalid")
+
+    def _tried(self, face: Outlined) -> Shape | None:
+        try:
+            return self._face(face)
+        except _AstrayError as error:
+            self._blame([error.border], face, str(error))
+        except Exception as error:  # the kernel raises its own family of errors, which differs between versions
+            self._blame([], face, f"{type(error).__name__}: {error}")
+        return None
+
+    def _blame(self, borders: list[int], face: Outlined, why: str) -> None:
+        """Mark as failed a face, or the blends beside it at some borders if it is of the part, if there are any."""
+        near = [f for f in self.outline.faces if any(n in borders for loop in f.loops for n, _ in loop)]
+        blends = [f for f in near if self.count <= f.label < self._first_facet]
+        if face.label < self.count and blends:
+            guilty = blends
+        elif face.label < self._first_facet:
+            guilty = [face]
+        else:
+            guilty = [f for f in near if f.label < self._first_facet]
+        if not guilty:
+            raise InvalidMeshError(why)
+        for one in guilty:
+            self.failed.setdefault(one.patch, why)
+
     # --- faces
 
     def _face(self, face: Outlined) -> Shape:
@@ -90,6 +142,8 @@ class Builder:
             surface = self.own.surface(face.label)
             low_u, high_u, low_v, high_v = _bounds(original)
             centre = np.array([(low_u + high_u) / 2, (low_v + high_v) / 2])
+        elif face.label >= self._first_facet:
+            made, surface, centre, forward = self._facet(face)
         else:
             made, surface, centre, forward = self._blend(face)
         for loop in self._wires(face):
@@ -119,29 +173,36 @@ class Builder:
         slack = 1e-6 * (edge.high - edge.low)
         return bool(abs(low - edge.low) <= slack and abs(high - edge.high) <= slack)
 
+    def _facet(self, face: Outlined) -> tuple[Shape, Any, FloatArray, bool]:
+        """Face without borders on the plane of a triangle."""
+        a, b, c = self.outline.points[[self._from(one) for one in face.loops[0]]]
+        geometry = Geom_Plane(gp_Pnt(*a.tolist()), gp_Dir(*np.cross(b - a, c - a).tolist()))
+        made = TopoDS_Face()
+        self._builder.MakeFace(made, geometry, TopLoc_Location(), _LEAST)
+        self.facets.append(made)
+        return made, ShapeAnalysis_Surface(geometry), np.zeros(2), True
+
     def _blend(self, face: Outlined) -> tuple[Shape, Any, FloatArray, bool]:
-        surface: Any = self.surfaces[face.label - self.count].surface
+        """Face without borders, its surface, a place in the middle of it, and whether its normal points outwards."""
+        outward = self.surfaces[face.label - self.count]
+        surface: Any = outward.surface
         inside = np.flatnonzero(self.patches.of_triangle == face.patch)
-        points = np.concatenate(
-            [self.outline.points[[v for n, _ in loop for v in self._ends(n)]] for loop in face.loops]
-        )
         middles = self.mesh.vertices[self.mesh.faces[inside]].mean(axis=1)
+        halved = len(self._of_label(face.label)) > 1 and getattr(surface, "closed", False)
         primitive = surface.primitive()
-        if isinstance(surface, StripSurface) and surface.closed and len(self._of_label(face.label)) > 1:
-            ways = surface.curves[0].way(points)
-            middle = self._middle_way(face, surface)
-            unwrapped = middle + (ways - middle + surface.length / 2) % surface.length - surface.length / 2
-            low, high = float(unwrapped.min()), float(unwrapped.max())
-            towards = surface.place(np.array([middle]), np.array([0.5]))[0]
-        else:
-            low = getattr(surface, "low", 0.0)
-            high = low + getattr(surface, "length", 0.0)
-            towards = _nearest(middles, np.average(middles, axis=0))
         if primitive is not None:
-            geometry = primitive_surface(primitive, towards)
+            border = np.concatenate([self._made(n).at(self._some(n)) for loop in face.loops for n, _ in loop])
+            towards = _nearest(middles, border.mean(axis=0) if halved else middles.mean(axis=0))
+            geometry = primitive_surface(primitive, towards, border)
         else:
             whole = surface.whole if isinstance(surface, StripPiece) else surface
             assert isinstance(whole, StripSurface)
+            if halved:
+                low, high, towards = self._half(face, whole)
+            else:
+                low = getattr(surface, "low", 0.0)
+                high = low + surface.length
+                towards = _nearest(middles, middles.mean(axis=0))
             geometry = strip_surface(*whole.grid(low, high))
         made = TopoDS_Face()
         self._builder.MakeFace(made, geometry, TopLoc_Location(), _LEAST)
@@ -150,8 +211,16 @@ class Builder:
         point, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
         geometry.D1(float(place[0]), float(place[1]), point, du, dv)
         normal = np.array(du.Crossed(dv).Coord())
-        outward = self.surfaces[face.label - self.count].value_and_normal(towards[None])[1][0]
-        return made, look, place, bool(normal @ outward > 0)
+        return made, look, place, bool(normal @ outward.value_and_normal(towards[None])[1][0] > 0)
+
+    def _half(self, face: Outlined, surface: StripSurface) -> tuple[float, float, FloatArray]:
+        """Ways from which and to which one half of a ring goes, and a point (3,) in its middle."""
+        ends = np.concatenate([self.outline.points[list(self._ends(n))] for loop in face.loops for n, _ in loop])
+        middle = self._middle_way(face, surface)
+        turn = surface.length
+        unwrapped = middle + (surface.curves[0].way(ends) - middle + turn / 2) % turn - turn / 2
+        towards = surface.place(np.array([middle]), np.array([0.5]))[0]
+        return float(unwrapped.min()), float(unwrapped.max()), towards
 
     def _of_label(self, label: int) -> list[Outlined]:
         return [face for face in self.outline.faces if face.label == label]
@@ -283,47 +352,25 @@ class Builder:
             parameters = np.linspace(made.low, made.high, count)
             found = places(surface, made.at(parameters))
             if type(surface.Surface()).__name__ == "Geom_Plane":
-                flat, away = None, self._away(made, surface, parameters, found)
+                flat, away = None, away_from(made, surface, parameters, found)
                 break
-            self._unwrap(found, surface.Surface(), centre)
+            unwrap(found, surface.Surface(), centre)
             flat = flat_curve(parameters, found)
             middle = (parameters[1:] + parameters[:-1]) / 2
             on_face = np.array([flat.Value(float(t)).Coord() for t in middle])
-            away = max(self._away(made, surface, parameters, found), self._away(made, surface, middle, on_face))
+            away = max(away_from(made, surface, parameters, found), away_from(made, surface, middle, on_face))
             if away < _FINE or count >= _MOST:
                 break
             count *= 2
         self.worst = max(self.worst, away)
         if away > EDGE:
-            raise InvalidMeshError(f"an edge is {away:.3g} mm away from its face")
+            raise _AstrayError(number, away)
         if 1.05 * away + _LEAST > BRep_Tool.Tolerance_s(edge):
             self._builder.UpdateEdge(edge, 1.05 * away + _LEAST)
             for vertex in (border.start, border.end):
                 self._tolerate(self._vertex(vertex), 1.05 * away + _LEAST)
         if flat is not None:
             self._builder.UpdateEdge(edge, flat, face, _LEAST)
-
-    @staticmethod
-    def _away(made: Made, surface: Any, parameters: FloatArray, found: FloatArray) -> float:
-        """Largest distance between a curve and places (N, 2) of a surface."""
-        feet = np.array([surface.Value(float(u), float(v)).Coord() for u, v in found])
-        return float(np.linalg.norm(feet - made.at(parameters), axis=1).max())
-
-    @staticmethod
-    def _unwrap(found: FloatArray, geometry: Any, centre: FloatArray) -> None:
-        """Make places (N, 2) along an edge continuous where the surface is closed, in place."""
-        low_u, high_u, low_v, high_v = geometry.Bounds()
-        middle = len(found) // 2
-        closed = (geometry.IsUClosed(), geometry.IsVClosed())
-        for axis, period in ((0, high_u - low_u), (1, high_v - low_v)):
-            if not closed[axis]:
-                continue
-            column = found[:, axis]
-            steps = np.diff(column)
-            steps -= np.round(steps / period) * period
-            column[middle + 1 :] = column[middle] + np.cumsum(steps[middle:])
-            column[:middle] = column[middle] - np.cumsum(steps[:middle][::-1])[::-1]
-            column -= np.round((column[middle] - centre[axis]) / period) * period
 
 
 def _bounds(face: Shape) -> tuple[float, float, float, float]:

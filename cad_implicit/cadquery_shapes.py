@@ -6,8 +6,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias, Unpack
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias, TypeVar, Unpack
 
 from .cad import OpenPart, open_part
 from .cad.edges import part_edges
@@ -23,6 +23,9 @@ try:
     import cadquery as cq
 except ImportError as error:
     raise MissingHostError(f"CadQuery cannot be imported ({error}): {INSTALL_HOST}") from error
+
+#: A solid, a compound of solids, or an assembly.
+Body = TypeVar("Body", "cq.Shape", "cq.Assembly")
 
 #: A shape, or several: edges, wires, faces or vertices of a part.
 Selection: TypeAlias = "cq.Shape | Iterable[cq.Shape]"
@@ -48,14 +51,15 @@ __all__ = [
 
 
 def implicitFillet(  # noqa: N802 (camelCase is at home in CadQuery)
-    shape: cq.Shape, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
-) -> cq.Shape:
+    shape: Body, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
+) -> Body:
     """Fillet edges as CAD does, convex ones rounded, concave ones filled; without edges, all concave ones by a ball.
 
     Parameters
     ----------
-    shape : Shape
-        Solid, or compound of solids.
+    shape : Shape or Assembly
+        Solid, or compound of solids; the parts of an assembly are worked on one by one, and keep their places, names
+        and colours.
     radius : float, pair, callable, or mapping of edges to these
         In mm. With a mapping, its keys are the edges: of CadQuery, or selectors such as ``"|Z"``.
     edges : Shape or iterable of Shape, optional
@@ -76,8 +80,8 @@ def implicitFillet(  # noqa: N802 (camelCase is at home in CadQuery)
 
 
 def implicitRound(  # noqa: N802
-    shape: cq.Shape, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
-) -> cq.Shape:
+    shape: Body, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
+) -> Body:
     """Round convex edges; without edges, all of them by a ball, which removes what is thinner than twice the radius.
 
     Parameters and errors as for :func:`implicitFillet`; concave edges are an error.
@@ -86,8 +90,8 @@ def implicitRound(  # noqa: N802
 
 
 def implicitSmooth(  # noqa: N802
-    shape: cq.Shape, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
-) -> cq.Shape:
+    shape: Body, radius: Radii, edges: Selection | None = None, **options: Unpack[BlendOptions]
+) -> Body:
     """Round convex and fillet concave edges: those given, or without edges all of them by a ball.
 
     Parameters and errors as for :func:`implicitFillet`.
@@ -96,12 +100,12 @@ def implicitSmooth(  # noqa: N802
 
 
 def implicitChamfer(  # noqa: N802
-    shape: cq.Shape,
+    shape: Body,
     length: float,
     length2: float | None = None,
     edges: Selection | None = None,
     **options: Unpack[BlendOptions],
-) -> cq.Shape:
+) -> Body:
     """Chamfer edges: convex ones are cut off, concave ones filled, with a flat strip; without edges, all of them.
 
     Parameters
@@ -111,18 +115,19 @@ def implicitChamfer(  # noqa: N802
     length, length2 : float
         In mm, on the face on the left of the edge, as seen from outside, and on that on its right.
     """
-    part = open_part(shape)
-    return _shape(*worked(part, "chamfer", length, edges=_numbers(part, edges), second=length2, **options), shape)
+    return _each(
+        shape, lambda part: worked(part, "chamfer", length, edges=_numbers(part, edges), second=length2, **options)
+    )
 
 
-def implicitOffset(shape: cq.Shape, distance: float, **options: Unpack[Options]) -> cq.Shape:  # noqa: N802
+def implicitOffset(shape: Body, distance: float, **options: Unpack[Options]) -> Body:  # noqa: N802
     """Grow (positive distance in mm) or shrink (negative) a solid; convex edges come out round as it grows."""
-    return _shape(*worked(open_part(shape), "offset", distance, **options), shape)
+    return _each(shape, lambda part: worked(part, "offset", distance, **options))
 
 
 def implicitShell(  # noqa: N802
-    shape: cq.Shape, thickness: float, openings: Selection | None = None, **options: Unpack[Options]
-) -> cq.Shape:
+    shape: Body, thickness: float, openings: Selection | None = None, **options: Unpack[Options]
+) -> Body:
     """Carve a solid out to a wall.
 
     Parameters
@@ -144,24 +149,23 @@ def implicitShell(  # noqa: N802
     CadImplicitError
         As :func:`cad_implicit.run`.
     """
-    part = open_part(shape)
     if openings is None:
-        return _shape(*shelled(part, thickness, None, **options), shape)
+        return _each(shape, lambda part: shelled(part, thickness, None, **options))
     faces = _sequence(openings)
     if not faces or not all(isinstance(face, cq.Face) for face in faces):
         kinds = ", ".join(sorted({type(face).__name__ for face in faces})) or "nothing"
         raise SelectorError(f"a shell is opened at faces, and {kinds} was given; select faces")
-    return _shape(*shelled(part, thickness, [face.wrapped for face in faces], **options), shape)
+    return _each(shape, lambda part: shelled(part, thickness, [face.wrapped for face in faces], **options))
 
 
 def implicitInfill(  # noqa: N802
-    shape: cq.Shape,
+    shape: Body,
     cell: float,
     wall: float,
     kind: Minimal | Crystal | str = "gyroid",
     skin: float | None = None,
     **options: Unpack[Options],
-) -> cq.Shape:
+) -> Body:
     """Carve a solid out to a skin and fill it with a lattice.
 
     Not promised: speed. A lattice has many facets; for printing write triangles,
@@ -177,18 +181,17 @@ def implicitInfill(  # noqa: N802
     **options
         See :class:`~cad_implicit.solid_job.Options`.
     """
-    what = {"cell": cell, "kind": kind, "skin": skin}
-    return _shape(*worked(open_part(shape), "infill", wall, **what, **options), shape)
+    return _each(shape, lambda part: worked(part, "infill", wall, cell=cell, kind=kind, skin=skin, **options))
 
 
 def safeFillet(  # noqa: N802
-    shape: cq.Shape,
+    shape: Body,
     radius: Radii,
     edges: Selection | None = None,
     *,
     timeLimit: float | None = None,
     **options: Unpack[Options],
-) -> cq.Shape:
+) -> Body:
     """Fillet edges by the exact kernel, and where that fails by :func:`implicitFillet`; without edges, all of them.
 
     The kernel runs in a child process, so that it cannot crash this one; its result counts if it is valid and closed,
@@ -204,23 +207,20 @@ def safeFillet(  # noqa: N802
     **options
         See :class:`~cad_implicit.solid_job.Options`; for the case that the kernel fails.
     """
-    part = open_part(shape)
     if isinstance(radius, Mapping):
-        return _shape(*safely_filleted(part, None, radius, time_limit=timeLimit, **options), shape)
-    return _shape(*safely_filleted(part, radius, _numbers(part, edges), time_limit=timeLimit, **options), shape)
+        return _each(shape, lambda part: safely_filleted(part, None, radius, time_limit=timeLimit, **options))
+    return _each(
+        shape, lambda part: safely_filleted(part, radius, _numbers(part, edges), time_limit=timeLimit, **options)
+    )
 
 
-def _blended(
-    operation: str, shape: cq.Shape, radius: Radii, edges: Selection | None, options: BlendOptions
-) -> cq.Shape:
-    part = open_part(shape)
+def _blended(operation: str, shape: Body, radius: Radii, edges: Selection | None, options: BlendOptions) -> Body:
     if isinstance(radius, Mapping):
-        return _shape(*worked(part, operation, None, edges=radius, **options), shape)
-    if edges is None:
-        options = {**options}
-        options.pop("tangent", None)
-        return _shape(*worked(part, operation, radius, **options), shape)
-    return _shape(*worked(part, operation, radius, edges=_numbers(part, edges), **options), shape)
+        return _each(shape, lambda part: worked(part, operation, None, edges=radius, **options))
+    if edges is not None:
+        return _each(shape, lambda part: worked(part, operation, radius, edges=_numbers(part, edges), **options))
+    whole: dict[str, Any] = {key: value for key, value in options.items() if key != "tangent"}
+    return _each(shape, lambda part: worked(part, operation, radius, **whole))
 
 
 def _numbers(part: OpenPart, edges: Selection | None) -> list[int]:
@@ -235,9 +235,20 @@ def _sequence(shapes: Selection) -> Sequence[cq.Shape]:
     return [shapes] if isinstance(shapes, cq.Shape) else list(shapes)
 
 
-def _shape(solid: SolidPart, provenance: Provenance, before: cq.Shape) -> cq.Shape:
-    """Shape of CadQuery, with the label of the one before."""
-    shape = cq.Shape.cast(solid.wrapped)
-    shape.label = before.label
-    shape.implicit = provenance
-    return shape
+def _each(body: Any, work: Callable[[OpenPart], tuple[SolidPart, Provenance]]) -> Any:
+    """Shape that is made of a shape, with its label; assembly of those that are made of an assembly's parts."""
+    if not isinstance(body, cq.Assembly):
+        solid, provenance = work(open_part(body))
+        shape = cq.Shape.cast(solid.wrapped)
+        shape.label = body.label
+        shape.implicit = provenance
+        return shape
+    own = [_each(_one(body.shapes), work)] if body.shapes else []
+    whole = cq.Assembly(*own, loc=body.loc, name=body.name, color=body.color, metadata=body.metadata)
+    for child in body.children:
+        whole.add(_each(child, work))
+    return whole
+
+
+def _one(shapes: Sequence[cq.Shape]) -> cq.Shape:
+    return shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)

@@ -188,6 +188,18 @@ def test_functions_of_shapes_patch_nothing() -> None:
     assert (shape.label, type(shape), type(shape.implicit)) == ("box", cq.Solid, Provenance)
 
 
+def test_assemblies_part_by_part() -> None:
+    place = cq.Location(cq.Vector(2, 0, 0), cq.Vector(0, 0, 1), 30)
+    assembly = cq.Assembly(name="both").add(block(4, 4, 4), name="box", color=cq.Color("red"))
+    assembly.add(cq.Assembly(block(2, 2, 2), name="other", loc=place))  # they overlap
+    shrunk = cadquery_shapes.implicitOffset(assembly, -0.5)
+    assert (shrunk.name, [child.name for child in shrunk.children]) == ("both", ["box", "other"])
+    assert [round(child.obj.Volume(), 6) for child in shrunk.children] == [27.0, 1.0]
+    assert shrunk.children[0].color.toTuple() == cq.Color("red").toTuple()
+    assert shrunk.children[1].loc.toTuple() == place.toTuple()
+    assert assembly.children[0].obj.val().Volume() == pytest.approx(64)
+
+
 def test_several_solids_and_progress() -> None:
     stages: set[str] = set()
 

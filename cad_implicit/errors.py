@@ -6,6 +6,12 @@ wrong, with the figures, and what to do.
 
 from __future__ import annotations
 
+import sys
+import warnings
+from pathlib import Path
+
+_PACKAGE = str(Path(__file__).parent)
+
 
 class CadImplicitError(Exception):
     """Base class of all errors raised on purpose by this package."""
@@ -67,3 +73,11 @@ class EmptyResultError(CadImplicitError):
 
 class GeometryWarning(UserWarning):
     """The result is valid but differs from what a user may expect (lost volume, plugged holes …)."""
+
+
+def tell(message: str) -> None:
+    """Give a GeometryWarning at the line that called the package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, GeometryWarning, stacklevel=level)

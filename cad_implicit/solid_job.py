@@ -6,11 +6,8 @@ and has an error bound; its result becomes a solid by :func:`cad_implicit.to_par
 
 from __future__ import annotations
 
-import sys
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal, TypedDict
 
 import numpy as np
@@ -19,23 +16,18 @@ from .cad import OpenPart
 from .cad.edges import Edge, part_edges
 from .cad.solids import SolidPart
 from .choices import Edges
-from .errors import CadImplicitError, GeometryWarning, OpenMeshError, SelectorError
+from .errors import CadImplicitError, OpenMeshError, SelectorError, tell
 from .job import run
-from .local_blend import LocalBlend
-from .outcome import Outcome
 from .parallel import Progress, no_progress
 from .parting import to_part
 from .rails import Radius
-from .simplifying import simplify as simplified
-
-_PACKAGE = str(Path(__file__).parent)
 
 #: Results of more triangles than this are simplified within their error bound before they become facets: a solid of so
 #: many takes about 5 s and 30 MB in a STEP file.
 _MANY = 20_000
 
-#: More facets than this are told before they are made, with what each takes (measured 0.2 to 0.4 ms, 1.5 kB).
-_SLOW, _SECONDS, _BYTES = 60_000, 3e-4, 1500
+#: Of parts that leak, which have no error bound, within this share of the spacing: as much as the bound of others.
+_UNBOUNDED = 0.1
 
 
 class Options(TypedDict, total=False):
@@ -122,39 +114,21 @@ def worked(part: OpenPart, operation: str, amount: Any, **what: Any) -> tuple[So
     except OpenMeshError:
         outcome = run(part, operation, amount, **{**what, "force": True})
     for note in outcome.warnings:
-        warnings.warn(note, GeometryWarning, stacklevel=_user())
+        tell(note)
     bound, tolerance = outcome.error_bound, simplify
     if tolerance is None and len(outcome.mesh.faces) > _MANY:
-        tolerance = bound
-    solid = _solid(outcome, part.name, tolerance, what)
+        tolerance = _UNBOUNDED * outcome.spacing if bound is None else bound
+    own = {key: what[key] for key in ("threads", "progress") if key in what}
+    try:
+        solid = to_part(outcome.shape, mesh=outcome.mesh, name=part.name, tolerance=tolerance, **own)
+    except CadImplicitError:
+        if simplify is not None or tolerance is None:
+            raise
+        tolerance = None  # nobody asked for it: some meshes cannot be simplified
+        solid = to_part(outcome.shape, mesh=outcome.mesh, name=part.name, **own)
     if bound is not None and tolerance is not None and solid.facets:
         bound += tolerance
     return solid, Provenance("implicit", "", bound, solid.exact_share, solid.why)
-
-
-def _solid(outcome: Outcome, name: str, tolerance: float | None, what: Mapping[str, Any]) -> SolidPart:
-    """Solid of an outcome; where it is made of facets, they are simplified, and a great many are told beforehand."""
-    own = {key: what[key] for key in ("threads", "progress") if key in what}
-    if isinstance(outcome.shape, LocalBlend):
-        return to_part(outcome.shape, mesh=outcome.mesh, name=name, tolerance=tolerance, **own)
-    mesh = outcome.mesh if tolerance is None else simplified(outcome.mesh, tolerance)
-    if len(mesh.faces) > _SLOW:
-        count = len(mesh.faces)
-        message = (
-            f"the solid is made of {count:,} facets, which takes about {count * _SECONDS:.0f} s, and "
-            f"{count * _BYTES / 1e6:.0f} MB in a STEP file; a spacing above {outcome.spacing:.3g} mm, or a larger "
-            "simplify, makes fewer; for printing save triangles (.3mf, .stl) instead"
-        )
-        warnings.warn(message, GeometryWarning, stacklevel=_user())
-    return to_part(mesh, name=name, **own)
-
-
-def _user() -> int:
-    """Level of the stack, for :func:`warnings.warn` in the caller, at which the package was called."""
-    frame, level = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
-        frame, level = frame.f_back, level + 1
-    return level
 
 
 def shelled(

@@ -11,7 +11,7 @@ from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_VERTEX
 from OCP.TopoDS import TopoDS
 
-from cad_implicit.errors import SelectorError
+from cad_implicit.errors import SelectorError, tell
 from cad_implicit.implicit import FloatArray
 
 from .edges import Edge, edge_number
@@ -23,8 +23,9 @@ as_vertex = getattr(TopoDS, "Vertex_s", None) or TopoDS.Vertex
 #: Places nearer to each other than this share of the diagonal are one: uniting solids moves nothing farther.
 _SAME_PLACE = 1e-5
 
-#: Convexities of edges at which there is nothing to blend; the hosts' own fillets pass over them without a word, too.
-_NOTHING = ("smooth", "seam")
+#: Convexities of edges that can be blended, and of those at which there is nothing to blend: the hosts' own fillets
+#: pass over these without a word, too.
+_FIT, _NOTHING = ("convex", "concave", "mixed"), ("smooth", "seam")
 
 
 def edge_numbers(part: OpenPart, found: Sequence[Edge], shapes: Sequence[Shape]) -> list[int]:
@@ -42,6 +43,11 @@ def edge_numbers(part: OpenPart, found: Sequence[Edge], shapes: Sequence[Shape])
     ------
     SelectorError
         If there is none, or the part does not have one of them.
+
+    Warns
+    -----
+    GeometryWarning
+        If some have one face only, or more than two: the part is invalid then.
     """
     known = {edge.number: edge for edge in found}
     numbers: dict[int, None] = {}
@@ -51,7 +57,13 @@ def edge_numbers(part: OpenPart, found: Sequence[Edge], shapes: Sequence[Shape])
         else:
             own = [edge for edge in distinct(shape, TopAbs_EDGE) if not BRep_Tool.Degenerated_s(as_edge(edge))]
             numbers |= dict.fromkeys(edge_number(part, found, edge) for edge in own)
-    fit = [number for number in numbers if known[number].convexity not in _NOTHING]
+    fit = [number for number in numbers if known[number].convexity in _FIT]
+    unfit = sum(known[number].convexity not in (*_FIT, *_NOTHING) for number in numbers)
+    if unfit:
+        tell(
+            f"the part is invalid: {unfit} of the {len(numbers)} edges selected have one face only, or more than two, "
+            "and are left out; where a union in CadQuery made it so, try clean=False there"
+        )
     if not fit:
         why = "faces meet smoothly at all edges selected" if numbers else "no edges were selected"
         raise SelectorError(f"{why}, so that there is nothing to blend; select others")

@@ -24,6 +24,10 @@ _POSITION_ROUNDS = 20
 #: Three planes meet in a point if their normals span at least this volume.
 _REGULAR = 1e-3
 
+#: A guide goes straight on if that is off both faces by less than this share of the step, and as little turned: what
+#: spines leave is 2e-6 of the radius.
+_STRAIGHT = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Support:
@@ -142,6 +146,9 @@ def _continued(
 ) -> tuple[FloatArray, FloatArray]:
     """Points (N, 3) of the line where two faces meet, beyond a point, and the directions (N, 3) there."""
     count = int(np.ceil(by / step)) if by > 0 else 0
+    straight = point + step * np.arange(1, count + 1)[:, None] * direction
+    if count and _on_both(straight, direction, supports, step):
+        return straight, np.repeat(direction[None], count, axis=0)
     points, directions = np.zeros((count, 3)), np.zeros((count, 3))
     x, ahead = point, direction
     for number in range(count):
@@ -152,6 +159,16 @@ def _continued(
         points[number], directions[number] = found, turned
         x, ahead = found, turned
     return points, directions
+
+
+def _on_both(points: FloatArray, direction: FloatArray, supports: Sequence[Support], step: float) -> bool:
+    """Whether points (N, 3) of a straight line lie on two faces that meet along it, as planes do."""
+    (a, g), (b, k) = (support(points) for support in supports)
+    line = np.cross(g, k)
+    length = np.linalg.norm(line, axis=1)
+    off = max(float(np.abs(a).max()), float(np.abs(b).max()))
+    aside = float(np.linalg.norm(np.cross(line, direction), axis=1).max())
+    return off < _STRAIGHT * step and float(length.min()) > _REGULAR and aside < _STRAIGHT * float(length.min())
 
 
 def onto_line(

@@ -11,8 +11,6 @@ import cad_implicit.cad as cad
 from cad_implicit.cad import open_part
 from cad_implicit.errors import InvalidMeshError, NoSolidError, SpacingError
 from validation.intersections import count_intersections
-from validation.local_parts import turned_by
-from validation.local_solids import SOLIDS
 
 pytest.importorskip("OCP", reason="needs CadQuery or build123d")
 pytestmark = pytest.mark.host
@@ -291,6 +289,10 @@ def test_the_exact_kernel_fillets_the_bracket() -> None:
 @pytest.mark.parametrize("name", ["sphere_in_corner", "dome", "lofted"])
 def test_fine_tessellations_are_sound(name: str) -> None:
     """The kernel's faster method makes triangles of the first that run through each other: they must not come out."""
+    pytest.importorskip("cadquery", reason="the part is made with CadQuery")
+    from validation.local_parts import turned_by
+    from validation.local_solids import SOLIDS
+
     part = open_part(turned_by(SOLIDS[name](), 68))
     diagonal = float(np.linalg.norm(part.bounds[1] - part.bounds[0]))
     mesh = part.mesh(1.8e-5 * diagonal)

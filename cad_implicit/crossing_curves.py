@@ -25,14 +25,14 @@ POINT = 2e-3
 _FEWEST, _MOST = 9, 65
 
 #: Gaps between points of these wider than so many spacings are filled, by steps of so many.
-_GAP = 1.2
+_GAP = 0.6
 _STEP = 0.3
 
 #: Points on them are looked for within so many spacings of a spline.
 _REACH = 0.05
 
 #: Points nearer to each other than so many spacings are one.
-_NEAR = 0.1
+_NEAR = 0.2
 
 
 class Crossing:

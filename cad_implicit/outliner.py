@@ -7,6 +7,7 @@ where such curves meet.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,6 +16,7 @@ from .blend_curves import Curve
 from .blend_labels import Faces, Outward
 from .crossing_curves import POINT, Crossing, straight
 from .implicit import FloatArray
+from .junctions import Meeting, pairings
 from .mesh import Mesh
 from .outlines import Border, Original, Outline, Outlined
 from .patches import Chain, Numbers, Patches, divide
@@ -36,9 +38,14 @@ _TANGENT = 0.9995
 #: Borders follow edges of the part within so many spacings.
 _EDGE = 0.3
 
-#: Rounds towards where curves and surfaces meet, and the move in spacings that ends them.
-_ROUNDS = 60
+#: Vertices are found where all moves towards what meets there are shorter than so many spacings.
 _STILL = 1e-9
+
+#: Corners of triangles that are faces may move by this share of their shortest edge: both its ends do.
+_ROOM = 0.4
+
+#: Vertices of the mesh may be two that are no farther from it than so many spacings.
+_APART = 1.5
 
 #: Borders whose ends come to lie within POINT spacings of each other vanish, if they were no longer than so many:
 _TINY = 8.0
@@ -48,6 +55,24 @@ _KNOTS = 17
 
 #: What a border follows: an edge of the part by number, a curve of a blend, None where surfaces cross.
 Followed = Curve | int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Parted:
+    """A vertex of the mesh that is two in truth.
+
+    Attributes
+    ----------
+    points : (2, 3) float64
+    second : set of int
+        Chains that end at the second of them.
+    patches : (int, int)
+        Those beside the border between both.
+    """
+
+    points: FloatArray
+    second: set[int]
+    patches: tuple[int, int]
 
 
 class Outliner:
@@ -108,16 +133,30 @@ class Outliner:
         curves = [self._curve(chain) for chain in chains]
         ends = sorted({int(v) for chain in chains for v in chain.vertices[[0, -1]]})
         index = {vertex: number for number, vertex in enumerate(ends)}
-        points = self._junctions(ends, curves, seams, rings)
+        points, parted = self._junctions(ends, curves, seams, rings)
+        seconds = {vertex: len(ends) + number for number, vertex in enumerate(parted)}
+        points[[index[vertex] for vertex in parted]] = [two.points[0] for two in parted.values()] or np.zeros((0, 3))
+        points = np.concatenate([points, *(two.points[1:] for two in parted.values())])
+
+        def end(number: int, place: int) -> int:
+            vertex = int(chains[number].vertices[place])
+            return seconds[vertex] if vertex in parted and number in parted[vertex].second else index[vertex]
+
+        borders = [
+            self._border(chain, curve, end(number, 0), end(number, -1), points)
+            for number, (chain, curve) in enumerate(zip(chains, curves, strict=True))
+        ]
         result = Outline(
             points,
-            self.known[ends],
-            [self._border(chain, curve, index, points) for chain, curve in zip(chains, curves, strict=True)],
+            np.append(self.known[ends], np.full(len(parted), -1)),
+            borders,
             [
                 Outlined(int(label), patch, [list(loop) for loop in loops])
                 for patch, (label, loops) in enumerate(zip(self.patches.labels, self.patches.loops, strict=True))
             ],
         )
+        for vertex, two in parted.items():
+            self._add_parted(result, two, index[vertex], seconds[vertex])
         cut_rings(result, rings, index)
         add_seams(result, self.mesh, self.patches, self.original, self.count, self.h)
         self._collapse(result)
@@ -182,53 +221,95 @@ class Outliner:
 
     def _junctions(
         self, ends: list[int], curves: list[Followed], seams: dict[int, int], rings: list[Ring]
-    ) -> FloatArray:
-        """Places (J, 3) of vertices: ``ends`` of the mesh, some on seams or where rings are cut."""
+    ) -> tuple[FloatArray, dict[int, Parted]]:
+        """Places (J, 3) of vertices: ``ends`` of the mesh, some on seams or where rings are cut; and parted ones."""
         fixed = {vertex: place for ring in rings for vertex, place in ring.places(self.mesh).items()}
-        around: dict[int, tuple[list[Curve], set[int]]] = {vertex: ([], set()) for vertex in ends}
-        for chain, curve in zip(self.patches.chains, curves, strict=True):
-            for vertex in {int(chain.vertices[0]), int(chain.vertices[-1])}:
-                if curve is None:
-                    around[vertex][1].update(label for label in self._beside(chain) if label < self.first_facet)
-                else:
-                    around[vertex][0].append(self.original.edges[curve] if isinstance(curve, int) else curve)
-        for vertex, seam in seams.items():
-            if vertex in around:
-                around[vertex][0].append(self.original.edges[seam])
+        around: dict[int, list[int]] = {vertex: [] for vertex in ends}
+        for number, chain in enumerate(self.patches.chains):
+            for vertex in chain.vertices[[0, -1]].tolist():
+                around[vertex].append(number)
         points = self.mesh.vertices[ends].copy()
+        room = self._room()
+        parted: dict[int, Parted] = {}
         for row, vertex in enumerate(ends):
             if self.known[vertex] >= 0:
                 points[row] = self.original.vertices[self.known[vertex]]
             elif vertex in fixed:
                 points[row] = fixed[vertex]
             else:
-                points[row] = self._meeting(points[row], *around[vertex])
-        return points
+                meeting = self._meeting(around[vertex], curves, seams.get(vertex))
+                points[row] = meeting.place(points[row], _STILL * self.h)
+                if vertex in room and np.linalg.norm(points[row] - self.mesh.vertices[vertex]) > room[vertex]:
+                    points[row] = self.mesh.vertices[vertex]
+                elif meeting.off(points[row]) > POINT * self.h:
+                    two = self._parted(around[vertex], curves, self.mesh.vertices[vertex])
+                    if two is not None:
+                        parted[vertex] = two
+        return points, parted
 
-    def _meeting(self, point: FloatArray, curves: list[Curve], labels: set[int]) -> FloatArray:
-        """Place where curves and surfaces meet, near a point."""
-        x = point[None].copy()
-        distinct = list({id(curve): curve for curve in curves}.values())
-        for _ in range(_ROUNDS):
-            before = x.copy()
-            for label in labels:
-                value, normal = self.surface(label).value_and_normal(x)
-                x = x - value[:, None] * normal
-            for curve in distinct:
-                x = curve.at(curve.way(x))
-            if float(np.abs(x - before).max()) < _STILL * self.h:
-                break
-        return np.asarray(x[0])
+    def _room(self) -> dict[int, float]:
+        """How far in mm corners of triangles that are faces may move without turning them over."""
+        corners = self.mesh.faces[self.labels >= self.first_facet]
+        ends = np.roll(corners, -1, axis=1)
+        lengths = np.linalg.norm(self.mesh.vertices[ends] - self.mesh.vertices[corners], axis=2)
+        least = np.full(len(self.mesh.vertices), np.inf)
+        np.minimum.at(least, corners, lengths)
+        np.minimum.at(least, ends, lengths)
+        return {int(vertex): _ROOM * float(least[vertex]) for vertex in np.unique(corners)}
+
+    def _meeting(self, numbers: Sequence[int], curves: list[Followed], seam: int | None = None) -> Meeting:
+        """Tell what chains follow."""
+        found = {id(c): c for n in numbers if (c := self._along(curves[n])) is not None}
+        labels = {label for n in numbers if curves[n] is None for label in self._beside(self.patches.chains[n])}
+        beside = [self.original.edges[seam]] if seam is not None else []
+        surfaces = [self.surface(label) for label in labels if label < self.first_facet]
+        return Meeting([*found.values(), *beside], surfaces)
+
+    def _along(self, followed: Followed) -> Curve | None:
+        return self.original.edges[followed] if isinstance(followed, int) else followed
+
+    def _parted(self, numbers: list[int], curves: list[Followed], near: FloatArray) -> Parted | None:
+        """Two vertices instead of one at which four chains do not meet: the mesh lacks a short border there."""
+        chains = [self.patches.chains[n] for n in numbers]
+        if any(self._is_straight(chain) for chain in chains) or len(set(numbers)) < len(numbers):
+            return None
+        for first, second, patches in pairings([(chain.left, chain.right) for chain in chains]):
+            both = []
+            for group in (first, second):
+                meeting = self._meeting([numbers[n] for n in group], curves)
+                if len(meeting.curves) + len(meeting.surfaces) < 2:  # both follow the same curve
+                    break
+                both.append(meeting.place(near, _STILL * self.h))
+                if meeting.off(both[-1]) > POINT * self.h or np.linalg.norm(both[-1] - near) > _APART * self.h:
+                    break
+            else:
+                return Parted(np.array(both), {numbers[n] for n in second}, patches)
+        return None
+
+    def _add_parted(self, outline: Outline, two: Parted, start: int, end: int) -> None:
+        """Add the border between both vertices of a parted one."""
+        first, second = (int(self.patches.labels[patch]) for patch in two.patches)
+        curve = self._blend_curve((first, second), np.insert(two.points, 1, two.points.mean(axis=0), axis=0))
+        number = len(outline.borders)
+        outline.borders.append(self._drawn((first, second), curve, start, end, np.zeros((0, 3)), outline.points))
+        for face in outline.faces:
+            if face.patch in two.patches:
+                face.loops = [_joined(outline.borders, loop, number) for loop in face.loops]
 
     # --- borders
 
-    def _border(self, chain: Chain, curve: Followed, index: dict[int, int], points: FloatArray) -> Border:
-        start, end = index[int(chain.vertices[0])], index[int(chain.vertices[-1])]
-        inner = self.mesh.vertices[chain.vertices[1:-1]]
+    def _border(self, chain: Chain, curve: Followed, start: int, end: int, points: FloatArray) -> Border:
+        """Border along a chain between two of the outline's points."""
         if self._is_straight(chain):
             return Border(start, end, straight(points[start], points[end]), np.array([0.0, 1.0]))
+        return self._drawn(self._beside(chain), curve, start, end, self.mesh.vertices[chain.vertices[1:-1]], points)
+
+    def _drawn(
+        self, labels: tuple[int, int], curve: Followed, start: int, end: int, inner: FloatArray, points: FloatArray
+    ) -> Border:
+        """Border between two surfaces along a curve, near inner points (N, 3)."""
         if curve is None:
-            first, second = (self.surface(label) for label in self._beside(chain))
+            first, second = (self.surface(label) for label in labels)
             return Border(start, end, *Crossing(first, second, self.h).border(points[start], inner, points[end]))
         edge = curve if isinstance(curve, int) else -1
         along = self.original.edges[edge] if isinstance(curve, int) else curve
@@ -278,6 +359,19 @@ class Outliner:
             face.loops = [[one for one in loop if one[0] not in gone] for loop in face.loops]
             face.loops = [loop for loop in face.loops if loop]
         outline.faces = [face for face in outline.faces if face.loops]
+
+
+def _joined(borders: list[Border], loop: list[tuple[int, bool]], number: int) -> list[tuple[int, bool]]:
+    """Loop with a border put in where it has a gap that this fills."""
+    result = []
+    for (n, forward), (m, ahead) in zip(loop, loop[1:] + loop[:1], strict=True):
+        result.append((n, forward))
+        gap = (borders[n].end if forward else borders[n].start, borders[m].start if ahead else borders[m].end)
+        for way in (True, False):
+            ends = (borders[number].start, borders[number].end)
+            if gap[0] != gap[1] and gap == (ends if way else ends[::-1]):
+                result.append((number, way))
+    return result
 
 
 def _knots(curve: Curve, low: float, high: float) -> FloatArray:

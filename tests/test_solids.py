@@ -23,6 +23,7 @@ from cad_implicit.blend_labels import blend_surfaces, label
 from cad_implicit.cad import occ, occ_files
 from cad_implicit.cad.occ_exact import exact_blend
 from cad_implicit.cad.solids import SolidPart
+from cad_implicit.local_blend import blend_edges
 from cad_implicit.parting import _rebuilt
 
 pytestmark = pytest.mark.host
@@ -102,17 +103,17 @@ def test_further_operations_of_the_kernel_work(rounded_boss: tuple[Any, SolidPar
     common = volume(made.wrapped) + volume(across) - volume(both)
     assert occ.is_valid(both)
     assert 2 * 20 * 1 < common < 2 * 24 * 3
-    sharp = next(edge for edge in occ.distinct(part, TopAbs_EDGE) if _is_upright(part, edge))
+    sharp = next(edge for edge in occ.distinct(part, TopAbs_EDGE) if _is_long(part, edge, 6.0))
     fillet = BRepFilletAPI_MakeFillet(made.wrapped)
     fillet.Add(1.0, occ.as_edge(sharp))
     assert occ.is_valid(fillet.Shape())
     assert volume(made.wrapped) - volume(fillet.Shape()) == pytest.approx(6 * GONE, rel=1e-4)
 
 
-def _is_upright(part: Any, edge: Any) -> bool:
-    """Whether an edge is one of the four of length 6 of the plate's sides."""
+def _is_long(part: Any, edge: Any, length: float) -> bool:
+    """Whether an edge has a length."""
     number = occ.shape_map(part, TopAbs_EDGE).FindIndex(edge)
-    return any(abs(found.length - 6.0) < 1e-6 for found in ci.edges(part) if found.number == number)
+    return any(abs(found.length - length) < 1e-6 for found in ci.edges(part) if found.number == number)
 
 
 def test_step_files_hold_the_same_solid(rounded_boss: tuple[Any, SolidPart], tmp_path: Path) -> None:
@@ -158,6 +159,21 @@ def test_chamfers_meet_in_corners() -> None:
     corner = 1 - 1 / 6  # all but the part of a unit cube beyond x + y + z = 2
     assert volume(made) == pytest.approx(9 * 8 * 7 - 4 * (7 + 6 + 5) / 2 - 8 * corner, rel=CLOSE)
     assert kinds(made) == {"Plane": 26}
+
+
+def test_a_radius_hardly_smaller_than_that_of_the_corners() -> None:
+    sharp = cad_parts.moved(cad_parts.box((14, 12, 8)))
+    rounded = BRepFilletAPI_MakeFillet(sharp)
+    upright = [edge for edge in occ.distinct(sharp, TopAbs_EDGE) if _is_long(sharp, edge, 8.0)]
+    rounded.Add(3.0, occ.as_edge(upright[0]))
+    part = rounded.Shape()
+    numbers = {edge.number: 2.95 for edge in ci.edges(part) if abs(edge.length - np.pi * 3 / 2) < 1e-6}
+    chosen = dict(sorted(numbers.items())[:1])
+    made = ci.to_part(blend_edges(part, None, chosen, spacing=1.0))  # on along the tangents
+    assert (made.why, made.facets) == ("", 0)
+    truth = exact_blend(part, chosen)
+    assert truth.ok, truth.message
+    assert volume(made.wrapped) == pytest.approx(volume(truth.shape), rel=CLOSE)
 
 
 def test_only_what_fits_no_surface_becomes_facets() -> None:

@@ -193,6 +193,9 @@ class Builder:
         if primitive is not None:
             border = np.concatenate([self._made(n).at(self._some(n)) for loop in face.loops for n, _ in loop])
             towards = _nearest(middles, border.mean(axis=0) if halved else middles.mean(axis=0))
+            # chords of a torus whose ring is small may be nearer to its other sheet
+            value, normals = outward.value_and_normal(towards[None])
+            towards = towards - value[0] * normals[0]
             geometry = primitive_surface(primitive, towards, border)
         else:
             whole = surface.whole if isinstance(surface, StripPiece) else surface

@@ -40,6 +40,13 @@ MEMORY_SHARE = 0.8
 #: Results beyond this many triangles are refused unless forced.
 TRIANGLE_LIMIT = 20_000_000
 
+#: Results of whole parts that become solids of facets have about so many triangles before they are simplified (a disc
+#: of 109 mm rounded by 1 mm had 2.6 million, and took minutes) …
+FACETED_TRIANGLES = 300_000
+
+#: … but no fewer cells to a radius than this: the error bound is then 0.05 radii.
+FEWEST_CELLS_PER_RADIUS = 3.0
+
 #: Triangles of a contour for each spacing² of surface, on surfaces off the axes (measured 2.2 to 2.9).
 _TRIANGLES_PER_CELL = 2.9
 
@@ -189,6 +196,27 @@ def available_memory() -> int:
 def grid_over(bounds: ArrayLike, spacing: float, margin: float) -> Grid:
     """Grid over a part's box with room for what an operation builds, ``margin`` mm, and for the contour."""
     return Grid.cover(bounds, spacing, margin=margin + reinit.MARGIN * spacing)
+
+
+def spacing_for_facets(bounds: ArrayLike, radius: float) -> float:
+    """Spacing in mm of results that become solids of facets: the default one, but coarser on large parts.
+
+    Where a print may have millions of triangles, a solid of CAD has some thousand faces. So a result gets about
+    ``FACETED_TRIANGLES`` before it is simplified, as long as there are ``FEWEST_CELLS_PER_RADIUS`` cells to a radius.
+
+    Parameters
+    ----------
+    bounds : (2, 3) array_like
+        The part's box in mm.
+    radius : float
+        In mm.
+    """
+    low, high = np.asarray(bounds, np.float64)
+    size = high - low
+    area = 2 * float((size * np.roll(size, 1)).sum())
+    default = min(radius / CELLS_PER_RADIUS, float(np.linalg.norm(size)) / CELLS_PER_DIAGONAL)
+    coarse = math.sqrt(_TRIANGLES_PER_CELL * area / FACETED_TRIANGLES)
+    return max(default, min(coarse, radius / FEWEST_CELLS_PER_RADIUS))
 
 
 def check_triangles(area: float, spacing: float, *, force: bool) -> None:

@@ -21,10 +21,14 @@ from .job import run
 from .parallel import Progress, no_progress
 from .parting import to_part
 from .rails import Radius
+from .sizing import spacing_for_facets
 
 #: Results of more triangles than this are simplified within their error bound before they become facets: a solid of so
 #: many takes about 5 s and 30 MB in a STEP file.
 _MANY = 20_000
+
+#: Operations on whole parts that get a coarser spacing where the part is large beside the amount; lattices would tear.
+_COARSER = ("fillet", "round", "smooth", "offset", "shell")
 
 #: Of parts that leak, which have no error bound, within this share of the spacing: as much as the bound of others.
 _UNBOUNDED = 0.1
@@ -36,7 +40,9 @@ class Options(TypedDict, total=False):
     Attributes
     ----------
     spacing, tolerance : float
-        Grid spacing, or largest accepted error, in mm; at most one of them.
+        Grid spacing, or largest accepted error, in mm; at most one of them. By default that of
+        :func:`cad_implicit.offset`, but coarser on parts that are large beside the radius and worked on as a whole:
+        down to three cells to a radius.
     simplify : float
         Where the solid is made of facets, merge triangles within so many mm; by default, if there are more than 20,000,
         within the error bound.
@@ -109,6 +115,9 @@ def worked(part: OpenPart, operation: str, amount: Any, **what: Any) -> tuple[So
         Of all that differs from what a user may expect.
     """
     simplify = what.pop("simplify", None)
+    default = what.get("spacing") is None and what.get("tolerance") is None
+    if default and what.get("edges") is None and operation in _COARSER and isinstance(amount, float | int) and amount:
+        what["spacing"] = spacing_for_facets(part.bounds, abs(amount))
     try:
         outcome = run(part, operation, amount, **what)
     except OpenMeshError:

@@ -88,3 +88,12 @@ print((peak() - before) / sizing.estimate_memory(part.bounds, 0.2, 3, {engine!r}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert 0.2 < float(done.stdout) < 1.0
+
+
+def test_solids_of_large_parts_get_coarser_spacings() -> None:
+    small = [[0, 0, 0], [10, 8, 6]]
+    assert sizing.spacing_for_facets(small, 1.0) == pytest.approx(min(1 / 6, 200**0.5 / 100))
+    disc = [[0, 0, 0], [109, 109, 20]]
+    assert sizing.spacing_for_facets(disc, 1.0) == pytest.approx(1 / 3)
+    assert 0.5 < sizing.spacing_for_facets(disc, 2.0) < 2 / 3  # by the number of triangles
+    assert sizing.spacing_for_facets(disc, 9.0) == pytest.approx(1.5, rel=0.05)  # the default: by the diagonal

@@ -1,0 +1,168 @@
+"""What a request will cost, told before it is computed: cells, memory, seconds. Quick; imports no numba.
+
+The constants are those of :mod:`cad_implicit.sizing`, which a test compares; importing that takes seconds. Seconds come
+from rates that were measured, and are corrected by what each answer took on this machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .client import Answer, Request
+
+CELLS_PER_RADIUS = 6.0
+CELLS_PER_DIAGONAL = 100.0
+FEWEST_CELLS_PER_RADIUS = 3.0
+FACETED_TRIANGLES = 300_000
+TRIANGLES_PER_CELL = 2.9
+BYTES_PER_NODE = 40
+BYTES_PER_SURFACE_CELL = 2500
+BYTES_PER_STRIP_CELL = 4000
+
+#: Whole parts that become solids get a coarser spacing where they are large beside the radius.
+COARSER = ("fillet", "round", "smooth", "offset", "shell")
+
+#: A draft has about so many cells, and no fewer than so many to a radius: a second's work.
+DRAFT_CELLS = 15_000
+DRAFT_CELLS_PER_RADIUS = 2.0
+
+#: Width of the strip of a blend in radii: the quarter of a circle, and its neighbourhood.
+_STRIP = 2.0
+
+#: Nodes that the regular grid has more, on each side.
+_GRID_MARGIN = 8
+
+#: Seconds of a job in a warm child, besides the cells.
+_START = 0.5
+
+#: Seconds for each cell, by the kind of work: two cores of a server, 2.5 GHz.
+RATES = {"whole": 4e-5, "edges": 1.5e-4, "grid": 2e-6, "facets": 3e-4}
+
+#: How far a rate follows each answer, and how far from the measured one it may go.
+_FOLLOW = 0.5
+_LIMITS = (0.1, 30.0)
+
+#: What answers said of the rates on this machine: factors by kind.
+_learnt = dict.fromkeys(RATES, 1.0)
+
+
+@dataclass(frozen=True)
+class Size:
+    """What the estimate needs to know of a source: its box ``(2, 3)`` in mm, area in mm², lengths of edges in mm."""
+
+    bounds: Any
+    area: float
+    lengths: tuple[float, ...]
+
+
+#: Sizes of the last sources, by fingerprint: a panel asks again with every keystroke.
+_sizes: OrderedDict[str, Size] = OrderedDict()
+_KEPT = 8
+
+
+def estimate(request: Request) -> dict[str, float]:
+    """Tell what a request will cost.
+
+    Returns
+    -------
+    dict
+        ``cells``; ``memory_bytes`` at the peak; ``seconds``, without starting the child and compiling; ``spacing`` in
+        mm.
+    """
+    kind, cells, h = _work(request)
+    per_cell = {"grid": BYTES_PER_NODE, "whole": BYTES_PER_SURFACE_CELL, "edges": BYTES_PER_STRIP_CELL}
+    seconds = _START + sum(cells * RATES[k] * _learnt[k] for k in _kinds(request, kind))
+    return {"cells": cells, "memory_bytes": cells * per_cell[kind], "seconds": seconds, "spacing": h}
+
+
+def learn(request: Request, answer: Answer) -> None:
+    """Correct the rates by what an answer took."""
+    expected = estimate(request)["seconds"] - _START
+    if expected <= 0 or answer.seconds <= _START:
+        return
+    ratio = (answer.seconds - _START) / expected
+    for kind in _kinds(request, _work(request)[0]):
+        factor = _learnt[kind] * ratio**_FOLLOW
+        _learnt[kind] = min(max(factor, _LIMITS[0]), _LIMITS[1])
+
+
+def draft_spacing(bounds: Any, radius: float, area: float) -> float:
+    """Spacing in mm of a preview, for a surface of so many mm²."""
+    return max(default_spacing(bounds, radius), min(math.sqrt(area / DRAFT_CELLS), radius / DRAFT_CELLS_PER_RADIUS))
+
+
+def default_spacing(bounds: Any, radius: float) -> float:
+    """Spacing in mm where none is given."""
+    diagonal = float(np.linalg.norm(np.subtract(bounds[1], bounds[0])))
+    return min(radius / CELLS_PER_RADIUS, diagonal / CELLS_PER_DIAGONAL)
+
+
+def strip_area(lengths: Any, radius: float) -> float:
+    """Area in mm² of the blends of edges of these lengths."""
+    return _STRIP * radius * float(sum(lengths))
+
+
+def _work(request: Request) -> tuple[str, float, float]:
+    """Kind of work, number of cells, and spacing in mm."""
+    size, options = _size(request), request.options
+    radii = list((request.edges or {}).values()) or [request.amount]
+    extent = np.subtract(size.bounds[1], size.bounds[0])
+    radius = min((abs(r) for r in radii if r), default=float(np.linalg.norm(extent)) / 10)
+    local = request.edges is not None
+    area = (
+        strip_area([size.lengths[n - 1] for n in request.edges if n <= len(size.lengths)], radius)
+        if local
+        else (size.area or _box_area(extent))
+    )
+    h = options.get("spacing") or 2 * (options.get("tolerance") or 0.0) ** 0.5 * radius**0.5
+    if options.get("draft"):
+        h = draft_spacing(size.bounds, radius, area)
+    elif not h:
+        h = default_spacing(size.bounds, radius)
+        if not local and request.operation in COARSER and options.get("result") != "mesh":
+            coarse = math.sqrt(TRIANGLES_PER_CELL * _box_area(extent) / FACETED_TRIANGLES)
+            h = max(h, min(coarse, radius / FEWEST_CELLS_PER_RADIUS))
+    if local:
+        return "edges", area / h**2, h
+    if options.get("engine") == "reinit" and not options.get("draft"):
+        margin = 2 * max(request.amount or 0.0, 0.0)
+        return "grid", float(np.prod((extent + margin) / h + _GRID_MARGIN)), h
+    return "whole", area / h**2, h
+
+
+def _kinds(request: Request, kind: str) -> list[str]:
+    """Kinds of work that are done, one after the other: of whole parts solids are made of facets."""
+    faceted = kind != "edges" and request.options.get("result") != "mesh" and not request.options.get("draft")
+    return [kind, "facets"] if faceted else [kind]
+
+
+def _box_area(extent: Any) -> float:
+    return 2 * float((extent * np.roll(extent, 1)).sum())
+
+
+def _size(request: Request) -> Size:
+    """Size of the source, looked up if it was asked for lately."""
+    if request.mesh is not None:
+        vertices = np.asarray(request.mesh[0])
+        return Size((vertices.min(axis=0), vertices.max(axis=0)), 0.0, ())
+    text = request.shape_brep or ""
+    name = hashlib.sha256(text.encode()).hexdigest()
+    if name not in _sizes:
+        import Part
+
+        shape = Part.Shape()
+        shape.importBrepFromString(text)
+        box = shape.BoundBox
+        bounds = np.array([[box.XMin, box.YMin, box.ZMin], [box.XMax, box.YMax, box.ZMax]])
+        _sizes[name] = Size(bounds, float(shape.Area), tuple(edge.Length for edge in shape.Edges))
+        while len(_sizes) > _KEPT:
+            _sizes.popitem(last=False)
+    _sizes.move_to_end(name)
+    return _sizes[name]

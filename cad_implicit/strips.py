@@ -17,31 +17,23 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from . import parallel
-from .guides import Support, hermite, speed
+from .guides import Support, speed
 from .implicit import FloatArray, Implicit
 from .kernels import boxes, canal
+from .spine_search import SpineSearch
 from .spines import Spine
 
 #: Where a strip ends at a corner both count up to this share of the radius past their common plane: a gap would be
 #: a wall within the region; so would be values that sink towards the plane, onto which vertices are drawn.
 _SLACK = 1e-9
 
-#: Points along a spine that tell the nearest piece, in radii: where a ball goes around a slot that is hardly wider,
-#: there and back are nearly in one place; and the most of them in a piece.
-_FINE = 0.02
-_MOST = 5000
-
 #: Margins must be at least this many spacings: less is contoured only roughly.
 SPACINGS = 2.0
 
 #: Points farther than so many times its reach from the spine are outside of the strip by the rest at least.
 _NEAR = 1.2
-
-#: More points than this are looked up by several threads.
-_MANY = 5000
 
 #: Steepest line of a face over its tangent that is followed.
 _STEEPEST = 5.0
@@ -170,13 +162,16 @@ class Strip(Region):
 
     def evaluate(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Values (N,), gradients (N, 3), and how far (N,) along the spine in mm the points are."""
-        far, piece = self._nearest(points)
+        far = self._search.at_least(points)
         value, gradient, way = self._reach - far, np.zeros_like(points), np.zeros(len(points))
         near = np.flatnonzero(far < _NEAR * self._reach)
+        away, piece = self._search.nearest(points[near], _NEAR * self._reach)
+        value[near] = self._reach - np.minimum(away, _NEAR * self._reach)
+        near, piece = near[np.isfinite(away)], piece[np.isfinite(away)]
         out = (np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros(len(near)))
         with parallel.threads(None, len(near)):
             canal.strip(
-                np.ascontiguousarray(points[near]), piece[near], self._origins, self._directions, self._spans,
+                np.ascontiguousarray(points[near]), piece, self._origins, self._directions, self._spans,
                 self._ways, self.spine.radius, self.spine.slope, self._reaches, self._normals, self._lines, self._turns,
                 self.spine.closed, self.spine.ball, self.margin, self._slack, *out,
             )  # fmt: skip
@@ -185,7 +180,7 @@ class Strip(Region):
 
     def from_ball(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """How far (N,) points are outside the ball, the gradient (N, 3) of that, how far (N, 2) beyond its contacts."""
-        piece = self._nearest(points)[1]
+        piece = self._search.nearest(points)[1]
         value, gradient, within = np.zeros(len(points)), np.zeros((len(points), 3)), np.zeros((len(points), 2))
         with parallel.threads(None, len(points)):
             canal.sectors(
@@ -194,22 +189,10 @@ class Strip(Region):
             )  # fmt: skip
         return value, gradient, within
 
-    def _nearest(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Distances (N,) to the spine, nearly, and pieces (N,) of it to start looking from."""
-        tree, pieces = self._tree
-        away, sample = tree.query(points, workers=-1 if len(points) > _MANY else 1)
-        return away, pieces[sample]
-
     @cached_property
-    def _tree(self) -> tuple[cKDTree, NDArray[np.int64]]:
-        """Points all along the spine, and the pieces they are of."""
-        step = _FINE * float(self.spine.radius.min())
-        counts = np.ceil(self._spans / step).astype(np.int64).clip(1, _MOST)
-        piece = np.repeat(np.arange(len(counts)), counts)
-        t = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[piece]
-        p, q = self._origins[piece], self._origins[piece + 1]
-        v, w = (self._spans[piece][:, None] * self._directions[piece + i] for i in (0, 1))
-        return cKDTree(hermite(p, q, v, w, t[:, None])), piece
+    def _search(self) -> SpineSearch:
+        radius = float(self.spine.radius.min())
+        return SpineSearch(self._origins, self._directions, self._spans, radius, self._reach)
 
     def _bulge(self) -> float:
         """How far the strip may bulge between samples."""

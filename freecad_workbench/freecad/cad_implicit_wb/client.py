@@ -34,6 +34,9 @@ GRACE = 0.2
 #: Seconds between two looks at a task that is waited for: a thirtieth, so that pictures move.
 _TICK = 0.03
 
+#: Options on which an answer does not depend.
+_SAME_ANYWAY = ("threads", "memory_limit")
+
 #: What is said of a child that ended in the middle of a job.
 _DIED = (
     "the computation ended unexpectedly: the kernel crashed, or there was not enough memory. FreeCAD and your document "
@@ -117,8 +120,9 @@ class Answer:
 def key(request: Request) -> str:
     """Fingerprint of a request: two that are alike give the same answer."""
     total = hashlib.sha256()
-    for name in (f.name for f in fields(Request)):
-        _digest(total, getattr(request, name))
+    values = {f.name: getattr(request, f.name) for f in fields(Request)}
+    values["options"] = {name: value for name, value in request.options.items() if name not in _SAME_ANYWAY}
+    _digest(total, values)
     return total.hexdigest()
 
 

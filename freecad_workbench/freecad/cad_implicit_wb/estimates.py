@@ -36,8 +36,8 @@ DRAFT_CELLS_PER_RADIUS = 2.0
 #: Width of the strip of a blend in radii: the quarter of a circle, and its neighbourhood.
 _STRIP = 2.0
 
-#: Nodes that the regular grid has more, on each side.
-_GRID_MARGIN = 8
+#: Nodes that the regular grid has more along each axis.
+_GRID_MARGIN = 9
 
 #: Seconds of a job in a warm child, besides the cells.
 _START = 0.5

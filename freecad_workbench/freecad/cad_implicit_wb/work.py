@@ -47,9 +47,11 @@ def done(
     if operation == "boolean":
         return _boolean(part, amount or 0.0, options, progress)
     what = {name: options[name] for name in _PASSED if name in options} | {"progress": progress}
-    if edges is None or operation != "chamfer":
+    if operation != "chamfer":
         what.pop("second", None)
-    if edges is None:
+    if edges is None and operation == "chamfer":
+        what["edges"] = "all"
+    elif edges is None:
         what.pop("tangent", None)
     else:
         what.pop("engine", None)

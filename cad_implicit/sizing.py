@@ -37,6 +37,9 @@ BYTES_PER_STRIP_CELL = 4000
 #: Share of the free memory that one operation may take.
 MEMORY_SHARE = 0.8
 
+#: Bytes that a user allows, if fewer.
+_memory_limit: int | None = None
+
 #: Results beyond this many triangles are refused unless forced.
 TRIANGLE_LIMIT = 20_000_000
 
@@ -190,7 +193,14 @@ def available_memory() -> int:
     """Bytes that one operation may take."""
     import psutil
 
-    return int(psutil.virtual_memory().available * MEMORY_SHARE)
+    free = int(psutil.virtual_memory().available * MEMORY_SHARE)
+    return free if _memory_limit is None else min(free, _memory_limit)
+
+
+def limit_memory(limit: float | None) -> None:
+    """Let operations of this process take no more than so many bytes; None for most of what is free."""
+    global _memory_limit
+    _memory_limit = None if limit is None else int(limit)
 
 
 def grid_over(bounds: ArrayLike, spacing: float, margin: float) -> Grid:

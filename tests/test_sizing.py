@@ -97,3 +97,15 @@ def test_solids_of_large_parts_get_coarser_spacings() -> None:
     assert sizing.spacing_for_facets(disc, 1.0) == pytest.approx(1 / 3)
     assert 0.5 < sizing.spacing_for_facets(disc, 2.0) < 2 / 3  # by the number of triangles
     assert sizing.spacing_for_facets(disc, 9.0) == pytest.approx(1.5, rel=0.05)  # the default: by the diagonal
+
+
+def test_memory_can_be_limited() -> None:
+    bounds = [[0.0, 0, 0], [10, 10, 10]]
+    try:
+        sizing.limit_memory(1e6)
+        assert sizing.available_memory() == 10**6
+        with pytest.raises(MemoryLimitError, match=r"use a spacing of"):
+            sizing.choose_spacing(bounds, 1.0, engine="exact", spacing=0.05)
+    finally:
+        sizing.limit_memory(None)
+    assert sizing.available_memory() > 10**6

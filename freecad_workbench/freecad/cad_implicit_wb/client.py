@@ -55,7 +55,7 @@ class Request:
     mesh : pair of arrays or None
         Of a source of triangles: vertices ``(V, 3)`` in mm, faces ``(F, 3)``.
     operation : str
-        "fillet", "round", "smooth", "chamfer", "offset", "shell", "infill" or "boolean".
+        "fillet", "round", "smooth", "chamfer", "offset", "shell", "infill", "boolean", or "solid": a solid of a mesh.
     amount : float or None
         Radius, length, distance or thickness in mm; None if every edge has its own radius.
     edges : dict or None

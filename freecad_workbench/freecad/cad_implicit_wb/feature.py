@@ -97,7 +97,7 @@ class Operation:
         request, placement = self._request(obj, False, False)
         name = client.key(request)
         if name != obj.Fingerprint or _is_empty(obj):
-            self._take(obj, _answer(request, name, obj.Label))
+            self._take(obj, answered(request, obj.Label))
             obj.Fingerprint = name
         obj.Placement = placement
         obj.Stale = False
@@ -322,8 +322,15 @@ def remember(request: client.Request, answer: client.Answer) -> None:
         _answers.popitem(last=False)
 
 
-def _answer(request: client.Request, name: str, label: str) -> client.Answer:
-    """Answer that is there already, or is waited for."""
+def answered(request: client.Request, label: str) -> client.Answer:
+    """Give the answer to a request: it is there already, or is waited for.
+
+    Raises
+    ------
+    WorkbenchError
+        As :meth:`client.Task.result`.
+    """
+    name = client.key(request)
     if name in _answers:
         return _answers[name]
     task = client.start(request)

@@ -96,6 +96,12 @@ def mesh_of(vertices: Any, faces: Any) -> Any:
     return mesh
 
 
+def placed(shape: Any, placement: Any) -> Any:
+    """Shape at a placement."""
+    shape.Placement = placement
+    return shape
+
+
 def shape_of(brep: str) -> Any:
     """Shape that an Answer holds: the solid itself if it is one."""
     shape = Part.Shape()

@@ -15,11 +15,12 @@ from cad_implicit.errors import SelectorError
 from cad_implicit.implicit import FloatArray
 from cad_implicit.job import run as run_job
 from cad_implicit.local_blend import LocalBlend
+from cad_implicit.mesh import Mesh
 from cad_implicit.ops import fillet as fill
 from cad_implicit.outcome import Outcome
 from cad_implicit.parting import to_part
 from cad_implicit.report.measuring import by_rolling_ball
-from cad_implicit.sizing import TESSELLATION_PER_SPACING, choose_spacing, error_bound
+from cad_implicit.sizing import TESSELLATION_PER_SPACING, choose_spacing, error_bound, limit_memory
 from cad_implicit.solid_job import worked
 
 from .estimates import draft_spacing, strip_area
@@ -44,8 +45,11 @@ def done(
     progress: Progress,
 ) -> dict[str, Any]:
     """Do one operation; arguments as in a Request, ``shape`` as it came (numbers of edges and faces are its)."""
+    limit_memory(options.get("memory_limit"))
     if operation == "boolean":
         return _boolean(part, amount or 0.0, options, progress)
+    if operation == "solid":
+        return _faceted(part.mesh(), options, progress)
     what = {name: options[name] for name in _PASSED if name in options} | {"progress": progress}
     if operation != "chamfer":
         what.pop("second", None)
@@ -164,6 +168,21 @@ def _boolean(part: OpenPart, radius: float, options: dict[str, Any], progress: P
         return answer | {"vertices": mesh.vertices, "faces": mesh.faces}
     solid = to_part(mesh, **shared)
     return answer | {"brep": solid.wrapped.exportBrepToString(), "volume_after": solid.wrapped.Volume}
+
+
+def _faceted(mesh: Mesh, options: dict[str, Any], progress: Progress) -> dict[str, Any]:
+    """Solid of plane faces of a mesh, simplified first if that is asked for."""
+    solid = to_part(mesh, tolerance=options.get("simplify"), progress=progress)
+    answer: dict[str, Any] = dict.fromkeys(("vertices", "faces", "error", "spacing"))
+    return answer | {
+        "brep": solid.wrapped.exportBrepToString(),
+        "error_bound": options.get("simplify", 0.0),
+        "exact_share": 0.0,
+        "engine": "facets",
+        "warnings": [],
+        "volume_before": mesh.volume,
+        "volume_after": solid.wrapped.Volume,
+    }
 
 
 def _draft(part: OpenPart, shape: Any, amount: float | None, edges: Mapping[int, float] | None) -> float:

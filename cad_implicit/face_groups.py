@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .cad import OpenPart
 from .cad.edges import SHARP_DEGREES, Edge, part_edges
+from .cad.kernel import kernel
 from .distance import MeshDistance
 from .errors import SelectorError
 from .faces import FaceDistance
@@ -200,9 +201,8 @@ class PartFaces:
             from .mesh_surfaces import MeshFaces
 
             return MeshFaces(self._part.triangles, self._reach, self._sharp)
-        from .cad.occ_faces import ShapeFaces
-
-        return ShapeFaces(self._part.shape, self._reach)
+        faces: _Faces = kernel(self._part.shape, "faces").ShapeFaces(self._part.shape, self._reach)
+        return faces
 
     @cached_property
     def _mesh(self) -> Mesh:

@@ -102,3 +102,36 @@ class Outline:
     known: Numbers
     borders: list[Border]
     faces: list[Outlined]
+
+    def start(self, piece: tuple[int, bool]) -> int:
+        """Vertex from which a border runs, forward or not."""
+        border = self.borders[piece[0]]
+        return border.start if piece[1] else border.end
+
+    def end(self, piece: tuple[int, bool]) -> int:
+        """Vertex to which a border runs, forward or not."""
+        return self.start((piece[0], not piece[1]))
+
+    def wires(self, face: Outlined) -> list[list[tuple[int, bool]]]:
+        """Give the closed borders of a face, joined by seams where there are any."""
+        if not face.seams:
+            return face.loops
+        left = [one for loop in face.loops for one in loop]
+        left += [(n, ahead) for n in face.seams for ahead in (True, False)]
+        seams = set(face.seams)
+        wires = []
+        while left:
+            wire = [left.pop(0)]
+            start = self.start(wire[0])
+            while self.end(wire[-1]) != start or any(
+                self.start(p) == start and (p[0] in seams) != (wire[-1][0] in seams) for p in left
+            ):
+                here = self.end(wire[-1])
+                options = [p for p in left if self.start(p) == here]
+                if not options:
+                    break
+                options.sort(key=lambda p: ((p[0] in seams) == (wire[-1][0] in seams), p[0] == wire[-1][0]))
+                wire.append(options[0])
+                left.remove(options[0])
+            wires.append(wire)
+        return wires

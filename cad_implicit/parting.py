@@ -6,11 +6,14 @@ by the blends, and the blends are planes, cylinders, cones, tori, spheres or spl
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .blend_labels import Outward, blend_surfaces, label
+from .cad.kernel import kernel
+from .cad.planner import EDGE, Planner
+from .cad.plans import Product, Topology
 from .cad.solids import SolidPart, solid_of
 from .contouring import contour
 from .errors import InvalidMeshError
@@ -22,10 +25,6 @@ from .outliner import Outliner
 from .parallel import Progress, no_progress
 from .patches import Numbers
 from .simplifying import simplify
-
-if TYPE_CHECKING:
-    from .cad.occ import Shape
-    from .cad.occ_solids import Builder
 
 #: The volume of a solid may differ by that from that of the mesh, in chords: cubic mm per squared spacing over radius
 #: and square mm of new surface. The chord itself takes 0.2.
@@ -66,7 +65,7 @@ def to_part(
     Returns
     -------
     SolidPart
-        Its ``wrapped`` is the TopoDS_Shape; it says how much of its area is exact.
+        Its ``wrapped`` is the TopoDS_Shape, or in FreeCAD the Part.Shape; it says how much of its area is exact.
 
     Raises
     ------
@@ -100,35 +99,33 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
     InvalidMeshError
         If the kernel finds it invalid, or it is not what the mesh is.
     """
-    from .cad import occ
-
+    own = kernel(blend.part.shape)
     progress("solid", 0.0)
     surfaces = blend_surfaces(blend.laid)
-    count = occ.count_faces(blend.part.shape)
+    count = own.count_faces(blend.part.shape)
     labels = label(mesh, count, blend.faces, surfaces, blend.spacing)
     progress("solid", 0.3)
-    builder, shape, why = _rebuilt(blend, mesh, labels, surfaces)
+    product, facets, why = _rebuilt(blend, mesh, labels, surfaces)
+    shape = product.shape
     area = np.linalg.norm(mesh.face_vectors, axis=1)
     radius = min(
         [float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain]
         + [ball.radius for laid in blend.laid.values() for ball in laid.corners]
     )
     chord = _CHORDS * blend.spacing**2 / radius * float(area[labels >= count].sum())
-    off = abs(occ.volume(shape, _SHARE) - mesh.volume)
+    off = abs(own.volume(shape, _SHARE) - mesh.volume)
     if off > chord + _SHARE * mesh.volume:
         raise InvalidMeshError(f"its volume differs by {off:.3g} mm³ from that of the mesh")
     progress("solid", 1.0)
-    whole, plane = occ.area(shape), sum(occ.area(face) for face in builder.facets)
-    return SolidPart(shape, name, whole, whole - plane, occ.count_faces(shape), len(builder.facets), why)
+    whole, plane = own.area(shape), sum(own.area(product.faces[position]) for position in facets)
+    return SolidPart(shape, name, whole, whole - plane, own.count_faces(shape), len(facets), why)
 
 
-def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outward]) -> tuple[Builder, Shape, str]:
-    """Builder, the solid it made, and why some of its faces are triangles: round by round there are more of them."""
-    from .cad import occ
-    from .cad.occ_original import ShapeTopology
-    from .cad.occ_solids import EDGE, Builder
-
-    own = ShapeTopology(blend.part.shape)
+def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outward]) -> tuple[Product, list[int], str]:
+    """Solid, the positions of those faces that stand for triangles, and why: round by round there are more of them."""
+    shape = blend.part.shape
+    kernels_own, solids = kernel(shape), kernel(shape, "solids")
+    own: Topology = kernel(shape, "original").ShapeTopology(shape)
     count = len(own.face_shapes)
     unknown = int((labels < 0).sum())
     reasons = [f"{unknown} triangles lie on no known surface"] if unknown else []
@@ -138,15 +135,17 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
         if bad or unknown:
             labels = facetted(mesh, labels, bad, probe.surface, probe.first_facet, EDGE / 2)
         outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
-        outline = outliner.outline()
-        builder = Builder(mesh, outline, outliner.patches, count, surfaces, own)
-        shape = builder.solid()
-        if shape is not None and occ.is_valid(shape):
-            return builder, shape, "; ".join(dict.fromkeys(reasons))
-        if shape is not None:
-            builder.find_invalid()
-        if not builder.failed:
+        planner = Planner(mesh, outliner.outline(), outliner.patches, count, surfaces, own)
+        plan = planner.plan()
+        if plan is not None:
+            product: Product = solids.made(plan, own)
+            if kernels_own.is_valid(product.shape):
+                facets = [position for position, face in enumerate(plan.faces) if face.facet]
+                return product, facets, "; ".join(dict.fromkeys(reasons))
+            whole = [position for position, face in enumerate(plan.faces) if not face.facet]
+            planner.blame_invalid([position for position in whole if not kernels_own.is_valid(product.faces[position])])
+        if not planner.failed:
             break
-        bad = set(builder.failed)
-        reasons += builder.failed.values()
+        bad = set(planner.failed)
+        reasons += planner.failed.values()
     raise InvalidMeshError(reasons[-1] if bad else "the kernel finds the solid invalid")

@@ -14,6 +14,7 @@ import numpy as np
 
 from .cad import OpenPart
 from .cad.edges import Edge, part_edges
+from .cad.kernel import kernel
 from .cad.solids import SolidPart
 from .choices import Edges
 from .errors import CadImplicitError, OpenMeshError, SelectorError, tell
@@ -149,7 +150,7 @@ def shelled(
     ----------
     part : OpenPart
     thickness : float
-    openings : sequence of TopoDS_Face or None
+    openings : sequence of TopoDS_Face or Part.Face, or None
         Faces that get no wall.
     **what
         What :func:`cad_implicit.run` takes.
@@ -161,8 +162,6 @@ def shelled(
     CadImplicitError
         As :func:`worked`.
     """
-    from .cad.occ_chosen import face_numbers
-
     side = "inward" if thickness < 0 else "outward"
     if openings is None:
         return worked(part, "shell", abs(thickness), side=side, **what)
@@ -170,7 +169,7 @@ def shelled(
         raise SelectorError(
             f"walls around a part have no openings; for one within it use a negative thickness, {-thickness:g} mm"
         )
-    numbers = ",".join(map(str, face_numbers(part, openings)))
+    numbers = ",".join(map(str, kernel(part.shape, "chosen").face_numbers(part, openings)))
     return worked(part, "shell", abs(thickness), side=side, open=numbers, **what)
 
 
@@ -192,8 +191,7 @@ def safely_filleted(
     CadImplicitError
         If neither can; with a note on what the kernel said.
     """
-    from .cad import occ
-    from .cad.occ_exact import TIME_LIMIT, exact_blend
+    from .cad.exact_blends import TIME_LIMIT, exact_blend
     from .choices import choose
 
     limit = TIME_LIMIT if time_limit is None else time_limit
@@ -205,9 +203,10 @@ def safely_filleted(
     if not reason:
         exact = exact_blend(part.shape, {n: float(r) for n, r in sizes.items()}, time_limit=limit)  # type: ignore[arg-type]
         if exact.ok:
-            shape = occ.compound(occ.solids(exact.shape))
-            area = occ.area(shape)
-            solid = SolidPart(shape, part.name, area, area, occ.count_faces(shape), 0)
+            own = kernel(exact.shape)
+            shape = own.compound(own.solids(exact.shape))
+            area = own.area(shape)
+            solid = SolidPart(shape, part.name, area, area, own.count_faces(shape), 0)
             return solid, Provenance("exact kernel", "", exact.tolerance, 1.0)
         reason = f"{exact.status}: {exact.message}" if exact.message else exact.status
     what.get("progress", no_progress)("exact kernel", 1.0)

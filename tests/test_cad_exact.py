@@ -15,8 +15,9 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 from OCP.TopAbs import TopAbs_SHELL
 
 import cad_implicit as ci
+from cad_implicit.cad.exact_blends import exact_blend
 from cad_implicit.cad.occ import distinct, volume
-from cad_implicit.cad.occ_exact import _fault, exact_blend
+from cad_implicit.cad.occ_exact import _fault
 
 pytestmark = pytest.mark.host
 

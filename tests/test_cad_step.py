@@ -265,10 +265,10 @@ def test_holes_in_faces(tmp_path: Path) -> None:
 
 
 def test_the_cost_is_told_before_it_is_paid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from cad_implicit.cad import occ_facets
+    from cad_implicit.cad import facets
 
     raw = trimesh.creation.icosphere(subdivisions=2, radius=7.3)
-    monkeypatch.setattr(occ_facets, "_MANY", 300)
+    monkeypatch.setattr(facets, "_MANY", 300)
     with pytest.warns(GeometryWarning, match=r"solid of 320 plane faces .* s, and .* MB as STEP: .*tolerance"):
         save(Mesh(raw.vertices, raw.faces), tmp_path / "a.step")
 

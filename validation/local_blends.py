@@ -18,7 +18,7 @@ import numpy as np
 
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
-from cad_implicit.cad.occ_exact import Blend, Size, exact_blend
+from cad_implicit.cad.exact_blends import Blend, Size, exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.mesh import Mesh
 

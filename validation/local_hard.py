@@ -20,7 +20,7 @@ from pathlib import Path
 import cadquery as cq
 
 from cad_implicit.cad.edges import Edge, part_edges
-from cad_implicit.cad.occ_exact import exact_blend
+from cad_implicit.cad.exact_blends import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.contouring import contour
 from cad_implicit.errors import CadImplicitError, RadiusError

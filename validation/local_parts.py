@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cad_implicit.cad.edges import Edge, selected
-from cad_implicit.cad.occ_exact import Blend, Size
+from cad_implicit.cad.exact_blends import Blend, Size
 
 from .parts import bracket, solid
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
-from cad_implicit.cad.occ_exact import exact_blend
+from cad_implicit.cad.exact_blends import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.choices import choose
 from cad_implicit.errors import RadiusError

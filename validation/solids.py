@@ -22,7 +22,7 @@ import numpy as np
 
 from cad_implicit.cad import occ, occ_files
 from cad_implicit.cad.edges import part_edges
-from cad_implicit.cad.occ_exact import exact_blend
+from cad_implicit.cad.exact_blends import exact_blend
 from cad_implicit.cad.parts import open_part
 from cad_implicit.local_blend import LocalBlend, blend_edges
 from cad_implicit.parting import to_part

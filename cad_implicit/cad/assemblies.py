@@ -14,6 +14,7 @@ from cad_implicit.parallel import Progress, no_progress
 from .files import STEP_EXTENSIONS, check_output, readable, replacing
 from .parts import OpenPart
 from .solids import SolidPart
+from .uniting import united
 
 #: A product in a STEP file; an assembly is one, too.
 _PRODUCT = re.compile(rb"=\s*PRODUCT\s*\(")
@@ -88,7 +89,7 @@ def open_assembly(path: str | Path, *, progress: Progress = no_progress) -> Asse
     parts = tuple(
         OpenPart(
             member.name or f"{path.stem} {number}",
-            occ.compound(occ.united(member.shape)),
+            occ.compound(united(member.shape)),
             None,
             member.name,
             member.colour,

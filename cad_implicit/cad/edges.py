@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cad_implicit.errors import SelectorError
 from cad_implicit.mesh import FloatArray
 
+from .kernel import is_freecad, is_occ, kernel
 from .parts import OpenPart, open_part
 from .selectors import Candidates, select
 from .weld import groups
@@ -140,9 +141,7 @@ def part_edges(part: OpenPart, sharp: float = SHARP_DEGREES) -> tuple[Edge, ...]
         from .mesh_edges import mesh_edges
 
         return chained(mesh_edges(part.triangles, sharp), sharp)
-    from .occ_edges import shape_edges
-
-    return chained(shape_edges(part.shape), TANGENT_DEGREES)
+    return chained(kernel(part.shape, "edges").shape_edges(part.shape), TANGENT_DEGREES)
 
 
 def selected(found: Sequence[Edge], selector: str) -> tuple[Edge, ...]:
@@ -173,7 +172,7 @@ def edge_number(part: OpenPart, found: Sequence[Edge], one: Any) -> int:
     part : OpenPart
     found : sequence of Edge
         All of its edges.
-    one : int, Edge, edge of CadQuery or build123d, TopoDS_Edge, or (N, 3) points along it in mm
+    one : int, Edge, edge of CadQuery or build123d, TopoDS_Edge, Part.Edge, or (N, 3) points along it in mm
         Of a B-rep the very edge if the part has it, else the one in the same place.
 
     Raises
@@ -186,13 +185,12 @@ def edge_number(part: OpenPart, found: Sequence[Edge], one: Any) -> int:
     if isinstance(one, Edge):
         return one.number
     shape = getattr(one, "wrapped", one)
-    if part.shape is not None and hasattr(shape, "TShape"):
-        from .occ_edges import number_of, points_along
-
-        number = number_of(part.shape, shape)
+    if part.shape is not None and (is_occ(shape) or is_freecad(shape)):
+        own = kernel(part.shape, "edges")
+        number = own.number_of(part.shape, shape)
         if number:
-            return number
-        one = points_along(shape)
+            return int(number)
+        one = own.points_along(shape)
     try:
         points = np.asarray(one, np.float64).reshape(-1, 3)
     except (TypeError, ValueError):

@@ -16,7 +16,6 @@ from cad_implicit.errors import MissingHostError, NoSolidError
 from cad_implicit.mesh import FloatArray
 
 from .files import INSTALL_HOST
-from .weld import groups
 
 try:
     from OCP.Bnd import Bnd_Box
@@ -52,9 +51,6 @@ as_vertex = getattr(TopoDS, "Vertex_s", None) or TopoDS.Vertex
 #: Shells that enclose something, but leak: their areas' vector sum is at most this share of their area. (A union that
 #: lacks one of its twelve faces, since the kernel made it so: 0.06; a cube without its lid: 0.2.)
 _LEAKY = 0.1
-
-#: A union is believed if its volume lies between the largest solid's and the sum of all, give or take this share.
-_VOLUME_SLACK = 1e-6
 
 
 @contextmanager
@@ -95,6 +91,11 @@ def compound(shapes: Sequence[Shape]) -> Shape:
     for shape in shapes:
         builder.Add(result, shape)
     return result
+
+
+def is_null(shape: Shape) -> bool:
+    """Whether a shape is none."""
+    return bool(shape.IsNull())
 
 
 def has_solid(shape: Shape) -> bool:
@@ -168,7 +169,8 @@ def only_planes(shape: Shape) -> bool:
 
 def is_valid(shape: Shape) -> bool:
     """Whether the kernel's own check finds nothing wrong."""
-    return bool(BRepCheck_Analyzer(shape).IsValid())
+    with silence():
+        return bool(BRepCheck_Analyzer(shape).IsValid())
 
 
 def bounds(shape: Shape) -> FloatArray:
@@ -179,40 +181,16 @@ def bounds(shape: Shape) -> FloatArray:
     return np.array([[p.X(), p.Y(), p.Z()] for p in corners])
 
 
-def united(shape: Shape) -> list[Shape]:
-    """Solids of a shape, those that overlap or touch fused where the kernel gets it right.
-
-    Solids whose boxes are apart are never fused. A union that fails, is invalid, or has an impossible volume is
-    dropped and its solids returned as they were: they then overlap.
-    """
-    parts = solids(shape)
-    if len(parts) == 1:
-        return parts
-    low, high = np.moveaxis(np.array([bounds(part) for part in parts]), 1, 0)
-    apart = ((low[:, None] > high[None]) | (high[:, None] < low[None])).any(axis=2)
-    label, first = groups(len(parts), np.argwhere(~apart))
-    result: list[Shape] = []
-    for number in label[np.sort(first)]:
-        result += _fused([part for part, own in zip(parts, label, strict=True) if own == number])
-    return result
-
-
-def _fused(parts: list[Shape]) -> list[Shape]:
-    """Solids of the union, or the parts themselves if the kernel fails at it."""
-    if len(parts) == 1:
-        return parts
+def fuse(parts: Sequence[Shape]) -> list[Shape]:
+    """Solids of the union, none if the kernel fails at it."""
     try:
         with silence():
-            result = _fuse(parts)
-            good = bool(result) and all(is_valid(solid) for solid in result)
-            before, after = [volume(part) for part in parts], sum(volume(solid) for solid in result)
+            return _fuse(parts)
     except Exception:  # OCP raises its own family of errors, which differs between versions
-        return parts
-    low, high = max(before) * (1 - _VOLUME_SLACK), sum(before) * (1 + _VOLUME_SLACK)
-    return result if good and low <= after <= high else parts
+        return []
 
 
-def _fuse(parts: list[Shape]) -> list[Shape]:
+def _fuse(parts: Sequence[Shape]) -> list[Shape]:
     arguments, tools = _List(), _List()
     arguments.Append(parts[0])
     for part in parts[1:]:

@@ -13,11 +13,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cad_implicit.errors import InvalidMeshError, NoSolidError, SpacingError
 from cad_implicit.mesh import FloatArray, Mesh
 from cad_implicit.parallel import Progress, no_progress
 
 from . import files
+from .kernel import is_freecad, is_occ, kernel
+from .uniting import united
 from .weld import outward, welded
 
 
@@ -29,7 +33,7 @@ class OpenPart:
     ----------
     name : str
         Name of the file or object.
-    shape : TopoDS_Shape or None
+    shape : TopoDS_Shape, Part.Shape or None
         For a B-rep: its solids, united; one solid, or a compound of several.
     triangles : Mesh or None
         For a part that came as triangles.
@@ -50,9 +54,7 @@ class OpenPart:
         """Lower and upper corner ``(2, 3)`` in mm of a box that holds the part."""
         if self.triangles is not None:
             return self.triangles.bounds
-        from . import occ
-
-        return occ.bounds(self.shape)
+        return np.asarray(kernel(self.shape).bounds(self.shape))
 
     def mesh(
         self, tolerance: float | None = None, angular_tolerance: float = 0.2, progress: Progress = no_progress
@@ -60,10 +62,8 @@ class OpenPart:
         """Triangles, as :func:`to_mesh` gives them."""
         if self.triangles is not None:
             return self.triangles
-        from . import occ, occ_mesh
-
-        solids = occ.solids(self.shape)
-        mesh, used = occ_mesh.tessellate(solids, tolerance, angular_tolerance, progress)
+        solids = kernel(self.shape).solids(self.shape)
+        mesh, used = kernel(self.shape, "mesh").tessellate(solids, tolerance, angular_tolerance, progress)
         source: dict[str, object] = {"kind": "brep", "name": self.name, "solids": len(solids), "tolerance": used}
         if self.product:
             source["product"] = self.product
@@ -101,9 +101,9 @@ def to_mesh(
     ----------
     part : path, host object, or triangles
         A path to .step .stp .brep .stl .3mf .obj .ply; a CadQuery Workplane, Shape or Assembly; a build123d Shape
-        or BuildPart; a TopoDS_Shape; a sequence of such shapes; a trimesh.Trimesh or Scene; a Mesh; an
-        :class:`OpenPart`; or a pair of vertices ``(V, 3)`` and faces ``(F, 3)``. STEP and 3MF name their unit, all
-        else is taken as mm.
+        or BuildPart; a TopoDS_Shape; a Part.Shape or an object of FreeCAD that has one; a sequence of such shapes; a
+        trimesh.Trimesh or Scene; a Mesh; an :class:`OpenPart`; or a pair of vertices ``(V, 3)`` and faces ``(F, 3)``.
+        STEP and 3MF name their unit, all else is taken as mm.
     tolerance : float, optional
         Largest distance in mm between the triangles and the surface of a B-rep; its diagonal / 2000 by default.
     angular_tolerance : float
@@ -148,7 +148,7 @@ def to_mesh(
 
 
 def shape_of(part: Any) -> Any:
-    """TopoDS_Shape of a host object; a compound if it holds several.
+    """Shape of a host object; a compound if it holds several.
 
     Raises
     ------
@@ -157,12 +157,10 @@ def shape_of(part: Any) -> Any:
     InvalidMeshError
         If it is of no known kind.
     """
-    from . import occ
-
-    shapes = [shape for shape in _shapes(part) if not shape.IsNull()]
+    shapes = [shape for shape in _shapes(part) if not kernel(shape).is_null(shape)]
     if not shapes:
         raise NoSolidError(f"the {type(part).__name__} is empty; give a part that holds a solid")
-    return occ.compound(shapes)
+    return kernel(shapes[0]).compound(shapes)
 
 
 def _open_file(path: Path, unite: bool, progress: Progress) -> OpenPart:
@@ -171,9 +169,7 @@ def _open_file(path: Path, unite: bool, progress: Progress) -> OpenPart:
         mesh = files.read_mesh(path)
         progress("read", 1.0)
         return OpenPart(path.stem, None, mesh)
-    from . import occ, occ_files  # noqa: F401  (occ first: it says what to install)
-
-    product = occ_files.read_product(path)
+    product = kernel(None, "files").read_product(path)
     progress("read", 1.0)
     parts = product.parts()
     only = parts[0] if len(parts) == 1 and parts[0].uses == 1 else None
@@ -186,18 +182,19 @@ def _open_file(path: Path, unite: bool, progress: Progress) -> OpenPart:
 
 def _solids(shape: Any, unite: bool, progress: Progress) -> Any:
     """Solids of a shape as one shape."""
-    from . import occ
-
+    own = kernel(shape)
     progress("unite", 0.0)
-    solids = occ.united(shape) if unite else occ.solids(shape)
+    solids = united(shape) if unite else own.solids(shape)
     progress("unite", 1.0)
-    return occ.compound(solids)
+    return own.compound(solids)
 
 
 def _shapes(part: Any) -> list[Any]:
     """Raw shapes in a host object, recognised by what it offers."""
     if _is_raw(part):
         return [part]
+    if is_freecad(getattr(part, "Shape", None)):  # an object of a FreeCAD document
+        return [part.Shape]
     if hasattr(part, "wrapped"):  # a shape of CadQuery or build123d; None if empty
         return [] if part.wrapped is None else [part.wrapped]
     if callable(getattr(part, "vals", None)):  # a CadQuery Workplane
@@ -209,17 +206,15 @@ def _shapes(part: Any) -> list[Any]:
     if isinstance(part, Iterable) and not isinstance(part, dict | bytes):
         return [shape for item in part for shape in _shapes(item)]
     raise InvalidMeshError(
-        f"a {type(part).__name__} is not a part; give a path, a CadQuery or build123d object, a TopoDS_Shape, "
+        f"a {type(part).__name__} is not a part; give a path, a CadQuery, build123d or FreeCAD object, a TopoDS_Shape, "
         "a trimesh.Trimesh, a Mesh, or a pair of vertices and faces"
     )
 
 
 def _workplane_shapes(workplane: Any) -> list[Any]:
     """Shapes with solids on a CadQuery stack, or the last solid before it (the stack may hold edges or faces)."""
-    from . import occ
-
     shapes = [value.wrapped for value in workplane.vals() if _is_raw(getattr(value, "wrapped", None))]
-    whole = [shape for shape in shapes if occ.has_solid(shape)]
+    whole = [shape for shape in shapes if kernel(shape).has_solid(shape)]
     if whole:
         return whole
     try:
@@ -229,7 +224,7 @@ def _workplane_shapes(workplane: Any) -> list[Any]:
 
 
 def _is_raw(part: Any) -> bool:
-    return callable(getattr(part, "TShape", None)) and callable(getattr(part, "IsNull", None))
+    return is_occ(part) or is_freecad(part)
 
 
 def _triangles(part: Any) -> Mesh | None:
@@ -252,9 +247,9 @@ def _triangles(part: Any) -> Mesh | None:
 
 
 def _is_host(item: Any) -> bool:
-    return _is_raw(item) or any(hasattr(item, name) for name in ("wrapped", "vals", "toCompound", "part"))
+    return _is_raw(item) or any(hasattr(item, name) for name in ("wrapped", "vals", "toCompound", "part", "Shape"))
 
 
 def _name(part: Any) -> str:
-    label = getattr(part, "label", None) or getattr(part, "name", None)
+    label = next(filter(None, (getattr(part, name, None) for name in ("label", "name", "Label"))), None)
     return label if isinstance(label, str) else "part"

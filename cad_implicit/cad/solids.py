@@ -9,6 +9,9 @@ from typing import Any
 from cad_implicit.mesh import Mesh
 from cad_implicit.parallel import Progress, no_progress
 
+from .facets import facets
+from .kernel import kernel
+
 
 def described(part: SolidPart, source: Mapping[str, object]) -> SolidPart:
     """Solid with the product's name and colour that a mesh's ``source`` tells."""
@@ -22,7 +25,7 @@ class SolidPart:
 
     Attributes
     ----------
-    wrapped : TopoDS_Shape
+    wrapped : TopoDS_Shape, or Part.Shape in FreeCAD
         What CadQuery and build123d wrap, too.
     name : str
     area : float
@@ -70,11 +73,9 @@ def solid_of(mesh: Mesh, *, name: str | None = None, why: str = "", progress: Pr
     OpenMeshError, InvalidMeshError
         If no solid can be made of the mesh.
     """
-    from . import occ, occ_facets
-
     progress("solid", 0.0)
-    shape = occ_facets.facets(mesh)
+    shape = facets(mesh)
     progress("solid", 1.0)
-    area, count = occ.area(shape), occ.count_faces(shape)
+    area, count = kernel(shape).area(shape), kernel(shape).count_faces(shape)
     part = SolidPart(shape, name or str(mesh.source.get("name", "part")), area, 0.0, count, count, why)
     return described(part, mesh.source)

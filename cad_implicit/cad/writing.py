@@ -11,6 +11,7 @@ from cad_implicit.mesh import Mesh
 
 from .fields import write_field
 from .files import BREP_EXTENSIONS, FIELD_EXTENSIONS, PART_EXTENSIONS, check_output, replacing, write_mesh
+from .kernel import kernel
 from .solids import SolidPart, solid_of
 
 
@@ -68,8 +69,6 @@ def _mismatch(result: object, kind: str) -> str:
 
 
 def _write_brep(result: Mesh | SolidPart, path: Path) -> None:
-    from . import occ, occ_files  # noqa: F401  (occ first: it says what to install)
-
     solid = solid_of(result) if isinstance(result, Mesh) else result
     time = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    occ_files.write(solid.wrapped, path, solid.product or path.stem, time, solid.colour)
+    kernel(solid.wrapped, "files").write(solid.wrapped, path, solid.product or path.stem, time, solid.colour)

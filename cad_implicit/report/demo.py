@@ -8,7 +8,7 @@ from typing import Any
 
 from cad_implicit.cad import open_part, save, to_mesh
 from cad_implicit.cad.edges import part_edges, selected
-from cad_implicit.cad.occ_exact import exact_blend
+from cad_implicit.cad.exact_blends import exact_blend
 from cad_implicit.comparison import compare
 from cad_implicit.errors import CadImplicitError
 from cad_implicit.job import run

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad_implicit.cad.occ_faces import all_faces, face_distance, surface_name
-from cad_implicit.cad.occ_mesh import tessellate
+from cad_implicit.cad.kernel import kernel
 from cad_implicit.comparison import surface_samples
 from cad_implicit.distance import MeshDistance
 from cad_implicit.faces import FaceDistance
@@ -23,16 +22,17 @@ class Surfaces:
 
     Parameters
     ----------
-    shape : TopoDS_Shape
+    shape : TopoDS_Shape or Part.Shape
     tolerance : float
         Of the triangles, in mm: what lies farther off than its surface says is off by the triangles.
     """
 
     def __init__(self, shape: Any, tolerance: float) -> None:
         self.shape, self.tolerance = shape, tolerance
-        self.mesh, _ = tessellate([shape], tolerance, 0.1)
-        self.shapes = all_faces(shape)
-        self.names = np.array([surface_name(face) for face in self.shapes])
+        self.mesh, _ = kernel(shape, "mesh").tessellate([shape], tolerance, 0.1)
+        self._faces = kernel(shape, "faces")
+        self.shapes = self._faces.all_faces(shape)
+        self.names = np.array([self._faces.surface_name(face) for face in self.shapes])
         self._near = MeshDistance(self.mesh, sign="pseudonormal")
         low, high = self.mesh.bounds
         self._reach = float(np.linalg.norm(high - low))
@@ -41,7 +41,7 @@ class Surfaces:
     def face(self, index: int) -> FaceDistance:
         """Signed distance to a face, numbered from 0, and its continuation."""
         if index not in self._known:
-            self._known[index] = face_distance(self.shapes[index], self._reach)
+            self._known[index] = self._faces.face_distance(self.shapes[index], self._reach)
         return self._known[index]
 
     def nearest(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:

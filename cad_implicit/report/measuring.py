@@ -21,7 +21,7 @@ from cad_implicit.mesh import Mesh
 from .rolling_ball import nearest_centre
 
 if TYPE_CHECKING:
-    from cad_implicit.cad.occ_exact import ExactBlend
+    from cad_implicit.cad.exact_blends import ExactBlend
 
     from .exact_surfaces import Surfaces
 

@@ -30,7 +30,7 @@ from .measuring import REGIONS, Measured, against_kernel, by_rolling_ball
 from .statistics import Statistics, statistics
 
 if TYPE_CHECKING:
-    from cad_implicit.cad.occ_exact import ExactBlend
+    from cad_implicit.cad.exact_blends import ExactBlend
 
 #: Version of ``report.json``.
 SCHEMA = 1
@@ -291,7 +291,7 @@ def exact_truth(
     """Give the exact kernel's blend of the same edges; None for a part without a B-rep."""
     if part.shape is None:
         return None
-    from cad_implicit.cad.occ_exact import exact_blend
+    from cad_implicit.cad.exact_blends import exact_blend
 
     found = part_edges(part)
     if edges is None:

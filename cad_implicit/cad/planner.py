@@ -1,0 +1,303 @@
+"""Plans of solids from outlines: faces of the part on their own surfaces, blends as primitives or splines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cad_implicit.blend_labels import Outward
+from cad_implicit.blend_surfaces import StripPiece, StripSurface
+from cad_implicit.errors import InvalidMeshError
+from cad_implicit.implicit import FloatArray
+from cad_implicit.mesh import Mesh
+from cad_implicit.outlines import Outline, Outlined
+from cad_implicit.patches import Patches
+
+from .geometry import (
+    Look,
+    Span,
+    Surface,
+    away_from,
+    curve_through,
+    flat_curve,
+    flat_surface,
+    primitive_surface,
+    strip_surface,
+    unwrap,
+)
+from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex, Topology
+
+#: Edges must lie on both of their faces within so many mm, and are taken to do so within at least:
+EDGE = 1e-3
+LEAST = 1e-7
+
+#: Points along an edge by which its curves on faces are made; more until these are within so many mm of it.
+_POINTS = 12
+_MOST = 200
+_FINE = 1e-6
+
+
+class _AstrayError(InvalidMeshError):
+    """An edge does not lie on a face."""
+
+    def __init__(self, border: int, away: float) -> None:
+        super().__init__(f"an edge is {away:.3g} mm away from its face")
+        self.border = border
+
+
+class Planner:
+    """Plans the solid of an outline.
+
+    Attributes
+    ----------
+    failed : dict of int to str
+        Patches that cannot be put on their surfaces, and why.
+    worst : float
+        Largest distance in mm of an edge from its faces.
+    """
+
+    def __init__(
+        self, mesh: Mesh, outline: Outline, patches: Patches, count: int, surfaces: list[Outward], own: Topology
+    ) -> None:
+        self.mesh, self.outline, self.patches, self.count = mesh, outline, patches, count
+        self.surfaces, self.own = surfaces, own
+        self._spans: dict[int, Span] = {}
+        self._first_facet = count + len(surfaces)
+        self._beside: dict[int, set[int]] = {}
+        for face in outline.faces:
+            for number in (*face.seams, *(n for loop in face.loops for n, _ in loop)):
+                self._beside.setdefault(number, set()).add(face.label)
+        self._plan = Plan()
+        self.failed: dict[int, str] = {}
+        self.worst = 0.0
+
+    def plan(self) -> Plan | None:
+        """Plan of all faces; None if some failed."""
+        self._plan = Plan()
+        shells: dict[int, list[int]] = {}
+        component = self.mesh.component_of_face
+        first = np.unique(self.patches.of_triangle, return_index=True)[1]
+        for position, face in enumerate(self.outline.faces):
+            planned = self._tried(face)
+            if planned is not None:
+                shells.setdefault(int(component[first[face.patch]]), []).append(position)
+                self._plan.faces.append(planned)
+        self._plan.solids = list(shells.values())
+        return None if self.failed else self._plan
+
+    def blame_invalid(self, positions: Sequence[int]) -> None:
+        """Add to the failed patches those of faces, by position, that a kernel finds invalid."""
+        for position in positions:
+            face = self.outline.faces[position]
+            if face.label < self._first_facet:
+                self._blame([n for loop in face.loops for n, _ in loop], face, "the kernel finds it invalid")
+
+    def _tried(self, face: Outlined) -> PlannedFace | None:
+        try:
+            return self._face(face)
+        except _AstrayError as error:
+            self._blame([error.border], face, str(error))
+        except Exception as error:  # the kernel raises its own family of errors, which differs between versions
+            self._blame([], face, f"{type(error).__name__}: {error}")
+        return None
+
+    def _blame(self, borders: list[int], face: Outlined, why: str) -> None:
+        """Mark as failed a face, or the blends beside it at some borders if it is of the part, if there are any."""
+        near = [f for f in self.outline.faces if any(n in borders for loop in f.loops for n, _ in loop)]
+        blends = [f for f in near if self.count <= f.label < self._first_facet]
+        if face.label < self.count and blends:
+            guilty = blends
+        elif face.label < self._first_facet:
+            guilty = [face]
+        else:
+            guilty = [f for f in near if f.label < self._first_facet]
+        if not guilty:
+            raise InvalidMeshError(why)
+        for one in guilty:
+            self.failed.setdefault(one.patch, why)
+
+    # --- faces
+
+    def _face(self, face: Outlined) -> PlannedFace:
+        if face.label < self.count and self._untouched(face):
+            planned = PlannedFace(face.label, whole=True)
+            for number in (*face.seams, *(n for loop in face.loops for n, _ in loop)):
+                self._edge(number)
+            return planned
+        if face.label < self.count:
+            planned = PlannedFace(face.label, forward=self.own.forward(face.label))
+            look, centre = self.own.surface(face.label), self.own.middle(face.label)
+        elif face.label >= self._first_facet:
+            surface = flat_surface(*self.outline.points[[self.outline.start(one) for one in face.loops[0]]])
+            planned = PlannedFace(-1, surface=surface, facet=True)
+            look, centre = self.own.look(surface), np.zeros(2)
+        else:
+            planned, look, centre = self._blend(face)
+        for loop in self.outline.wires(face):
+            for number, _ in loop:
+                self._on_face(number, look, centre, face)
+            planned.wires.append([(number, ahead == self._runs_forward(number)) for number, ahead in loop])
+        return planned
+
+    def _untouched(self, face: Outlined) -> bool:
+        numbers = [*(n for loop in face.loops for n, _ in loop), *face.seams]
+        if not all(self._is_own(number) for number in numbers):
+            return False
+        wanted = {e for e, edge in enumerate(self.own.edges) if face.label in edge.faces}
+        return wanted == {self.outline.borders[number].edge for number in numbers}
+
+    def _is_own(self, number: int) -> bool:
+        """Whether a border is an edge of the part, whole and between faces of the part."""
+        border = self.outline.borders[number]
+        if border.edge < 0:
+            return False
+        edge = self.own.edges[border.edge]
+        low, high = sorted(border.knots.tolist())
+        slack = 1e-6 * (edge.high - edge.low)
+        whole = abs(low - edge.low) <= slack and abs(high - edge.high) <= slack
+        return bool(whole and self._beside[number] <= set(edge.faces))
+
+    def _blend(self, face: Outlined) -> tuple[PlannedFace, Look, FloatArray]:
+        """Face without borders, its surface, and a place in the middle of it."""
+        outward = self.surfaces[face.label - self.count]
+        surface: Any = outward.surface
+        inside = np.flatnonzero(self.patches.of_triangle == face.patch)
+        middles = self.mesh.vertices[self.mesh.faces[inside]].mean(axis=1)
+        halved = len(self._of_label(face.label)) > 1 and getattr(surface, "closed", False)
+        primitive = surface.primitive()
+        geometry: Surface
+        if primitive is not None:
+            border = np.concatenate([self._span(n).at(self._some(n)) for loop in face.loops for n, _ in loop])
+            towards = _nearest(middles, border.mean(axis=0) if halved else middles.mean(axis=0))
+            # chords of a torus whose ring is small may be nearer to its other sheet
+            value, normals = outward.value_and_normal(towards[None])
+            towards = towards - value[0] * normals[0]
+            geometry = primitive_surface(primitive, towards, border)
+        else:
+            whole = surface.whole if isinstance(surface, StripPiece) else surface
+            assert isinstance(whole, StripSurface)
+            if halved:
+                low, high, towards = self._half(face, whole)
+            else:
+                low = getattr(surface, "low", 0.0)
+                high = low + surface.length
+                towards = _nearest(middles, middles.mean(axis=0))
+            geometry = strip_surface(*whole.grid(low, high))
+        look = self.own.look(geometry)
+        place = look.places(towards[None])[0]
+        forward = bool(look.normal(place) @ outward.value_and_normal(towards[None])[1][0] > 0)
+        return PlannedFace(-1, surface=geometry, forward=forward), look, place
+
+    def _half(self, face: Outlined, surface: StripSurface) -> tuple[float, float, FloatArray]:
+        """Ways from which and to which one half of a ring goes, and a point (3,) in its middle."""
+        borders = [self.outline.borders[n] for loop in face.loops for n, _ in loop]
+        ends = self.outline.points[[end for border in borders for end in (border.start, border.end)]]
+        middle = self._middle_way(face, surface)
+        turn = surface.length
+        unwrapped = middle + (surface.curves[0].way(ends) - middle + turn / 2) % turn - turn / 2
+        towards = surface.place(np.array([middle]), np.array([0.5]))[0]
+        return float(unwrapped.min()), float(unwrapped.max()), towards
+
+    def _of_label(self, label: int) -> list[Outlined]:
+        return [face for face in self.outline.faces if face.label == label]
+
+    def _middle_way(self, face: Outlined, surface: StripSurface) -> float:
+        """Way in the middle of one half of a ring: that of its longest border's middle."""
+        numbers = [n for n, _ in face.loops[0]]
+        lengths = [
+            float(np.linalg.norm(np.diff(self._span(n).at(self._some(n)), axis=0), axis=1).sum()) for n in numbers
+        ]
+        number = numbers[int(np.argmax(lengths))]
+        span = self._span(number)
+        middle = span.at(np.array([(span.low + span.high) / 2]))
+        near = [float(np.linalg.norm(curve.at(curve.way(middle)) - middle)) for curve in surface.curves[:2]]
+        return float(surface.curves[int(np.argmin(near))].way(middle)[0])
+
+    # --- edges
+
+    def _runs_forward(self, number: int) -> bool:
+        """Whether the edge of a border runs from its start to its end."""
+        border = self.outline.borders[number]
+        return border.edge < 0 or bool(border.knots[0] < border.knots[-1])
+
+    def _vertex(self, number: int) -> PlannedVertex:
+        if number not in self._plan.vertices:
+            known = int(self.outline.known[number])
+            tolerance = float(self.own.tolerances[known]) if known >= 0 else LEAST
+            self._plan.vertices[number] = PlannedVertex(self.outline.points[number], known, tolerance)
+        return self._plan.vertices[number]
+
+    def _span(self, number: int) -> Span:
+        """Curve of a border."""
+        if number not in self._spans:
+            border = self.outline.borders[number]
+            if border.edge >= 0:
+                low, high = sorted(border.knots.tolist())
+                self._spans[number] = Span(self.own.edges[border.edge], low, high)
+            else:
+                assert border.place is not None
+                turned = border.knots[0] > border.knots[-1]
+                place = (lambda ways: border.place(-ways)) if turned else border.place
+                self._spans[number] = curve_through(place, -border.knots if turned else border.knots)
+        return self._spans[number]
+
+    def _some(self, number: int) -> FloatArray:
+        span = self._span(number)
+        return np.linspace(span.low, span.high, _POINTS)
+
+    def _edge(self, number: int) -> PlannedEdge:
+        if number in self._plan.edges:
+            return self._plan.edges[number]
+        border, span, whole = self.outline.borders[number], self._span(number), self._is_own(number)
+        ends = (border.start, border.end) if self._runs_forward(number) else (border.end, border.start)
+        tolerance = self.own.edges[border.edge].tolerance if border.edge >= 0 else LEAST
+        self._plan.edges[number] = PlannedEdge(border.edge, whole, span, ends, tolerance)
+        for vertex, at in zip(ends, (span.low, span.high), strict=True):
+            if whole:
+                self._vertex(vertex)
+            else:
+                self._tolerate(vertex, float(np.linalg.norm(span.at(np.array([at]))[0] - self.outline.points[vertex])))
+        return self._plan.edges[number]
+
+    def _tolerate(self, number: int, away: float) -> None:
+        """Take a vertex as wide as an edge or its curve on a face needs it."""
+        self.worst = max(self.worst, away)
+        vertex = self._vertex(number)
+        if away > vertex.tolerance:
+            vertex.tolerance = 1.01 * away + LEAST
+
+    def _on_face(self, number: int, look: Look, centre: FloatArray, outlined: Outlined) -> None:
+        """Put an edge's curve onto a face, unless the face is plane or the edge was there before."""
+        border, edge = self.outline.borders[number], self._edge(number)
+        if border.edge >= 0 and outlined.label in self.own.edges[border.edge].faces:
+            return
+        span = self._span(number)
+        count, away = _POINTS, np.inf
+        while True:
+            parameters = np.linspace(span.low, span.high, count)
+            found = look.places(span.at(parameters))
+            if look.plane:
+                flat, away = None, away_from(span, look, parameters, found)
+                break
+            unwrap(found, look, centre)
+            flat = flat_curve(parameters, found)
+            middle = (parameters[1:] + parameters[:-1]) / 2
+            away = max(away_from(span, look, parameters, found), away_from(span, look, middle, flat.at(middle)))
+            if away < _FINE or count >= _MOST:
+                break
+            count *= 2
+        self.worst = max(self.worst, away)
+        if away > EDGE:
+            raise _AstrayError(number, away)
+        if 1.05 * away + LEAST > edge.tolerance:
+            edge.tolerance = 1.05 * away + LEAST
+            for vertex in edge.ends:
+                self._tolerate(vertex, edge.tolerance)
+        if flat is not None:
+            edge.on[self.outline.faces.index(outlined)] = flat
+
+
+def _nearest(points: FloatArray, place: FloatArray) -> FloatArray:
+    return np.asarray(points[int(np.linalg.norm(points - place, axis=1).argmin())])

@@ -1,0 +1,108 @@
+"""Meshes in the window: rounded, with a preview; the error in colours; made a solid; cancelled."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+import FreeCAD as App
+import FreeCADGui as Gui
+import Mesh
+import numpy as np
+import pytest
+from freecad.cad_implicit_wb.qt import QtWidgets
+from gui_window import Gaps, closed, panel, tell
+
+SIDES = (30.7, 20.3, 11.9)
+TURN = App.Placement(App.Vector(4, -3, 2), App.Rotation(App.Vector(1, 2, 3), 41))
+
+
+def block(document: Any) -> Any:
+    mesh = document.addObject("Mesh::Feature", "Block")
+    mesh.Mesh = Mesh.createBox(*SIDES)
+    mesh.Placement = TURN
+    Gui.activeDocument().activeView().viewIsometric()
+    Gui.SendMsgToActiveView("ViewFit")
+    return mesh
+
+
+def rounded_volume(r: float) -> float:
+    """Volume of a block opened by a ball: that of the smaller block, its offset faces, edges and corners."""
+    a, b, c = (side - 2 * r for side in SIDES)
+    return a * b * c + 2 * r * (a * b + b * c + c * a) + math.pi * r**2 * (a + b + c) + 4 / 3 * math.pi * r**3
+
+
+def distance_to_rounded(points: np.ndarray, r: float) -> np.ndarray:
+    """Distance of points from a rounded block about the origin."""
+    q = np.abs(points) - (np.array(SIDES) / 2 - r)
+    return np.linalg.norm(np.maximum(q, 0), axis=1) + np.minimum(q.max(axis=1), 0) - r
+
+
+def test_round_of_a_mesh(window: Any, document: Any) -> None:
+    mesh = block(document)
+    window.select(mesh)
+    with Gaps("mesh: panel, preview, result"):
+        Gui.runCommand("Implicit_Round")
+        form = window.until(panel)
+        form.fields["Radius"].widget.setProperty("rawValue", 1.7)
+        window.until(lambda: form.progress.isVisible())
+        window.until(lambda: not form.progress.isVisible())
+        assert form.elements is None
+        assert "cells" in form.estimate.text()
+    window.shot("preview", keep=False)
+    window.ok()
+    window.until(closed)
+    result = document.Round
+    assert result.isValid()
+    assert not mesh.ViewObject.Visibility
+    points = np.array([tuple(TURN.inverse().multVec(App.Vector(*p))) for p in result.Mesh.Topology[0]])
+    centre = (points.max(axis=0) + points.min(axis=0)) / 2
+    assert np.abs(distance_to_rounded(points - centre, 1.7)).max() <= result.ErrorBound.Value
+    assert 0.998 * rounded_volume(1.7) < result.Mesh.Volume < rounded_volume(1.7)
+    document.undo()
+    assert [obj.Name for obj in document.Objects] == ["Block"]
+    document.redo()
+    assert document.Round.Mesh.Volume == pytest.approx(result.Mesh.Volume)
+
+
+def test_error_in_colours(window: Any, document: Any) -> None:
+    mesh = block(document)
+    window.select(mesh)
+    Gui.runCommand("Implicit_Offset")
+    window.until(panel)
+    window.ok()
+    window.until(closed)
+    obj = document.Offset
+    provider = obj.ViewObject.Proxy
+    provider.colours.toggle()
+    bar = window.until(lambda: window.main.findChild(QtWidgets.QWidget, "cad_implicit_colour_bar"))
+    window.shot("offset_error", keep=False)
+    assert 0 < bar.largest <= obj.ErrorBound.Value
+    assert not obj.ViewObject.Visibility
+    provider.colours.toggle()
+    assert obj.ViewObject.Visibility
+    assert window.main.findChild(QtWidgets.QWidget, "cad_implicit_colour_bar") is None
+
+
+def test_cancel_of_a_long_computation(window: Any, document: Any) -> None:
+    mesh = block(document)
+    window.select(mesh)
+    Gui.runCommand("Implicit_Round")
+    form = window.until(panel)
+    form.preview.setChecked(False)
+    form.fields["Radius"].widget.setProperty("rawValue", 2.3)
+    form.fields["Spacing"].widget.setProperty("rawValue", 0.04)
+    window.ok()
+    task = window.until(lambda: form.progress.isVisible() and window.task())
+    with Gaps("mesh: a long computation"):
+        window.pump(4)
+    window.shot("computing", keep=False)
+    assert not task.done
+    start = time.perf_counter()
+    window.cancel()
+    assert closed()
+    window.until(lambda: task.poll() or task.done, 30)
+    tell(f"cancel: stopped after {(time.perf_counter() - start) * 1000:.0f} ms")
+    assert [obj.Name for obj in document.Objects] == ["Block"]
+    assert mesh.ViewObject.Visibility

@@ -83,6 +83,7 @@ class ErrorColours:
             self._runner.stop()
             self._runner = None
         if self._bar is not None:
+            self._bar.hide()
             self._bar.deleteLater()
             self._bar = None
         if self._overlay is not None:

@@ -82,7 +82,7 @@ def test_error_in_colours(window: Any, document: Any) -> None:
     assert not obj.ViewObject.Visibility
     provider.colours.toggle()
     assert obj.ViewObject.Visibility
-    assert window.main.findChild(QtWidgets.QWidget, "cad_implicit_colour_bar") is None
+    assert not bar.isVisible()
 
 
 def test_cancel_of_a_long_computation(window: Any, document: Any) -> None:

@@ -16,7 +16,7 @@ from freecad.cad_implicit_wb import client, estimates
 from freecad.cad_implicit_wb.client import Request
 from freecad_parts import rounded
 
-from cad_implicit import sizing
+from cad_implicit import shelling, sizing
 
 pytestmark = pytest.mark.freecad
 
@@ -184,6 +184,7 @@ def test_estimates_come_from_the_librarys_constants() -> None:
         assert getattr(estimates, name) == getattr(sizing, name)
     for name in ("BYTES_PER_NODE", "BYTES_PER_SURFACE_CELL", "BYTES_PER_STRIP_CELL"):
         assert getattr(estimates, name) == getattr(sizing, name)
+    assert estimates.RADIUS_PER_WALL == shelling.RADIUS_PER_WALL
     assert sizing._TRIANGLES_PER_CELL == estimates.TRIANGLES_PER_CELL
 
 

@@ -112,6 +112,18 @@ def test_a_boss_that_moves_and_grows_takes_its_edge_along() -> None:
     assert element(after, now).CenterOfMass.isEqual(V(12, 10, 10), 1e-9)
 
 
+def test_bends_are_known_in_any_order_of_faces() -> None:
+    cup = boss().cut(Part.makeCylinder(2, 30, V(15, 10, 20)))
+    for shape in (cup, shuffled(cup)):
+        for name in names(shape):
+            edge, told = element(shape, name), references.describe(shape, [name])[0].bend
+            if type(edge.Curve).__name__ == "Line" and edge.Length in (15.0, 10.0, 5.0, 12.0):
+                continue  # seams of cylinders, and edges of the box
+            inner = edge.isClosed() and edge.CenterOfMass.isEqual(V(15, 10, 20), 1e-9)
+            at_foot = edge.isClosed() and edge.CenterOfMass.isEqual(V(15, 10, 10), 1e-9)
+            assert told == (-1 if inner or at_foot else 1), name
+
+
 def test_an_edge_that_a_chamfer_removed_is_lost() -> None:
     box = Part.makeBox(10, 11, 12)
     for number in range(12):

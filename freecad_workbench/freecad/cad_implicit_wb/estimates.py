@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 CELLS_PER_RADIUS = 6.0
 CELLS_PER_DIAGONAL = 100.0
+RADIUS_PER_WALL = 2.0
 FEWEST_CELLS_PER_RADIUS = 3.0
 FACETED_TRIANGLES = 300_000
 TRIANGLES_PER_CELL = 2.9
@@ -42,8 +43,20 @@ _GRID_MARGIN = 9
 #: Seconds of a job in a warm child, besides the cells.
 _START = 0.5
 
-#: Seconds for each cell, by the kind of work: two cores of a server, 2.5 GHz.
-RATES = {"whole": 4e-5, "edges": 1.5e-4, "grid": 2e-6, "facets": 3e-4}
+#: Seconds for each cell: of whole parts by operation, of chosen edges, of the regular grid, and of solids of facets.
+#: Measured on two cores of a server while other work took half of them.
+RATES = {
+    "fillet": 1.5e-5,
+    "round": 1.4e-5,
+    "smooth": 2.9e-5,
+    "offset": 6.5e-6,
+    "shell": 1.2e-5,
+    "infill": 1.2e-4,
+    "boolean": 1.5e-5,
+    "edges": 1.5e-4,
+    "grid": 2e-7,
+    "facets": 3e-4,
+}
 
 #: How far a rate follows each answer, and how far from the measured one it may go.
 _FOLLOW = 0.5
@@ -55,11 +68,10 @@ _learnt = dict.fromkeys(RATES, 1.0)
 
 @dataclass(frozen=True)
 class Size:
-    """What the estimate needs to know of a source: its box ``(2, 3)`` in mm, area in mm², lengths of edges in mm."""
+    """What the estimate needs to know of a source: its box ``(2, 3)`` in mm, and its edges, for their lengths."""
 
     bounds: Any
-    area: float
-    lengths: tuple[float, ...]
+    edges: Any = ()
 
 
 #: Sizes of the last sources, by fingerprint: a panel asks again with every keystroke.
@@ -77,9 +89,9 @@ def estimate(request: Request) -> dict[str, float]:
         mm.
     """
     kind, cells, h = _work(request)
-    per_cell = {"grid": BYTES_PER_NODE, "whole": BYTES_PER_SURFACE_CELL, "edges": BYTES_PER_STRIP_CELL}
+    bytes_per_cell = {"grid": BYTES_PER_NODE, "edges": BYTES_PER_STRIP_CELL}.get(kind, BYTES_PER_SURFACE_CELL)
     seconds = _START + sum(cells * RATES[k] * _learnt[k] for k in _kinds(request, kind))
-    return {"cells": cells, "memory_bytes": cells * per_cell[kind], "seconds": seconds, "spacing": h}
+    return {"cells": cells, "memory_bytes": cells * bytes_per_cell, "seconds": seconds, "spacing": h}
 
 
 def learn(request: Request, answer: Answer) -> None:
@@ -111,22 +123,26 @@ def strip_area(lengths: Any, radius: float) -> float:
 
 def _work(request: Request) -> tuple[str, float, float]:
     """Kind of work, number of cells, and spacing in mm."""
+    if request.operation == "solid":
+        return "facets", float(len(request.mesh[1])), 0.0
     size, options = _size(request), request.options
     radii = list((request.edges or {}).values()) or [request.amount]
     extent = np.subtract(size.bounds[1], size.bounds[0])
-    radius = min((abs(r) for r in radii if r), default=float(np.linalg.norm(extent)) / 10)
+    radius = min((abs(r) for r in radii if r), default=float(np.linalg.norm(extent)))
     local = request.edges is not None
     area = (
-        strip_area([size.lengths[n - 1] for n in request.edges if n <= len(size.lengths)], radius)
+        strip_area([size.edges[n - 1].Length for n in request.edges if n <= len(size.edges)], radius)
         if local
-        else (size.area or _box_area(extent))
+        else _box_area(extent)
     )
-    h = options.get("spacing") or 2 * (options.get("tolerance") or 0.0) ** 0.5 * radius**0.5
+    h = options.get("spacing") or 0.0
     if options.get("draft"):
         h = draft_spacing(size.bounds, radius, area)
     elif not h:
-        h = default_spacing(size.bounds, radius)
-        if not local and request.operation in COARSER and options.get("result") != "mesh":
+        h = default_spacing(size.bounds, radius * (RADIUS_PER_WALL if request.operation == "infill" else 1.0))
+        if options.get("tolerance"):
+            h = min(2 * h, 2 * math.sqrt(options["tolerance"] * radius))
+        elif not local and request.operation in COARSER and options.get("result") != "mesh":
             coarse = math.sqrt(TRIANGLES_PER_CELL * _box_area(extent) / FACETED_TRIANGLES)
             h = max(h, min(coarse, radius / FEWEST_CELLS_PER_RADIUS))
     if local:
@@ -134,12 +150,14 @@ def _work(request: Request) -> tuple[str, float, float]:
     if options.get("engine") == "reinit" and not options.get("draft"):
         margin = 2 * max(request.amount or 0.0, 0.0)
         return "grid", float(np.prod((extent + margin) / h + _GRID_MARGIN)), h
-    return "whole", area / h**2, h
+    return request.operation, area / h**2, h
 
 
 def _kinds(request: Request, kind: str) -> list[str]:
     """Kinds of work that are done, one after the other: of whole parts solids are made of facets."""
-    faceted = kind != "edges" and request.options.get("result") != "mesh" and not request.options.get("draft")
+    faceted = (
+        kind not in ("edges", "facets") and request.options.get("result") != "mesh" and not request.options.get("draft")
+    )
     return [kind, "facets"] if faceted else [kind]
 
 
@@ -151,7 +169,7 @@ def _size(request: Request) -> Size:
     """Size of the source, looked up if it was asked for lately."""
     if request.mesh is not None:
         vertices = np.asarray(request.mesh[0])
-        return Size((vertices.min(axis=0), vertices.max(axis=0)), 0.0, ())
+        return Size((vertices.min(axis=0), vertices.max(axis=0)))
     text = request.shape_brep or ""
     name = hashlib.sha256(text.encode()).hexdigest()
     if name not in _sizes:
@@ -161,7 +179,7 @@ def _size(request: Request) -> Size:
         shape.importBrepFromString(text)
         box = shape.BoundBox
         bounds = np.array([[box.XMin, box.YMin, box.ZMin], [box.XMax, box.YMax, box.ZMax]])
-        _sizes[name] = Size(bounds, float(shape.Area), tuple(edge.Length for edge in shape.Edges))
+        _sizes[name] = Size(bounds, shape.Edges)
         while len(_sizes) > _KEPT:
             _sizes.popitem(last=False)
     _sizes.move_to_end(name)

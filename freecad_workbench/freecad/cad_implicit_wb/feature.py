@@ -165,7 +165,7 @@ class Operation:
                 raise WorkbenchError(f"{source.Label} is a mesh: it has no edges to choose; choose all of it")
             arrays, placement = sources.located_mesh(source)
             return client.Request(None, arrays, self.operation, self.amount(obj), None, options), placement
-        shape, placement = sources.located(source)
+        shape, placement, brep = sources.texts.of(source)
         names = self._found(obj, shape, source.Label)
         edges = None
         if names and self.elements_kind == "Edge":
@@ -173,7 +173,6 @@ class Operation:
             options["tangent"] = obj.Tangent
         elif names:
             options["open"] = [references.split(name)[1] for name in names]
-        brep = shape.exportBrepToString()
         return client.Request(brep, None, self.operation, self.amount(obj), edges, options), placement
 
     def _found(self, obj: Any, shape: Any, label: str) -> list[str]:

@@ -30,6 +30,10 @@ _FEW = 9
 _SHORTEST = 1e-4
 _PIECES = 40
 
+#: Spines of many curves are arcs of a circle from one sample to the next, of another one each time; those samples turn
+#: by up to 0.12 radians. Such arcs are no tori.
+_ARC = 0.13
+
 #: Points of a rim that tell the nearest place: so far apart in radii, and no more than these.
 _FINE = 0.05
 _MOST = 4000
@@ -196,9 +200,22 @@ class StripSurface:
             else:
                 cuts.append(high)
                 known.append(good)
-        if len(known) == 1 or len(known) > _PIECES:
+        cuts = self._without_short_arcs(cuts, known)
+        if len(cuts) == 2 or len(cuts) > _PIECES + 1:
             return [self]
         return [StripPiece(self, low, high) for low, high in pairwise(cuts)]
+
+    def _without_short_arcs(self, cuts: list[float], known: list[bool]) -> list[float]:
+        """Cuts between stretches, where short arcs of other circles one after another are one stretch without name."""
+        short = []
+        for (low, high), good in zip(pairwise(cuts), known, strict=True):
+            primitive = self.primitive_between(low, high) if good else None
+            arc = primitive is not None and primitive.kind == "torus"
+            short.append(arc and high - low < _ARC * primitive.ring)  # type: ignore[union-attr]
+        beside = [b and (a or c) for a, b, c in zip([False, *short], short, [*short[1:], False], strict=False)]
+        free = [one or not good for one, good in zip(beside, known, strict=True)]
+        inner = [cut for cut, a, b in zip(cuts[1:-1], free, free[1:], strict=False) if not (a and b)]
+        return [cuts[0], *inner, cuts[-1]]
 
     def _parts(self, ways: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Pieces (N,) of the spine at ways along it, their lengths, and how far along them (N, 1) from 0 to 1."""

@@ -166,12 +166,32 @@ def split_edges(faces: Faces, edges: Edges, split: NDArray[np.int64], count: int
     number = (count + np.arange(len(split))).astype(np.int32)
     for side in (0, 1):
         between[edges.triangle[split, side], edges.corner[split, side]] = number
-    cut = np.flatnonzero((between >= 0).any(axis=1))
-    corners, middles = faces[cut], between[cut]
-    pieces = [np.delete(faces, cut, axis=0)]
+    return cut(faces, between)[0]
+
+
+def cut(faces: Faces, between: Faces) -> tuple[Faces, NDArray[np.int64]]:
+    """Triangles cut into two, three or four each.
+
+    Parameters
+    ----------
+    faces : (F, 3) int32
+    between : (F, 3) int32
+        New vertices on the edges from each corner to the next; -1 for none.
+
+    Returns
+    -------
+    faces : (G, 3) int32
+    origin : (G,) int64
+        The triangle that each was a part of.
+    """
+    which = np.flatnonzero((between >= 0).any(axis=1))
+    corners, middles = faces[which], between[which]
+    pieces = [np.delete(faces, which, axis=0)]
+    origin = [np.delete(np.arange(len(faces)), which)]
     number_cut = (middles >= 0).sum(axis=1)
     for cuts in (1, 2, 3):
-        c, m = corners[number_cut == cuts], middles[number_cut == cuts]
+        own = number_cut == cuts
+        c, m = corners[own], middles[own]
         # Turn the triangle: one cut lies on side 0; two on sides 0 and 1.
         turn = (m >= 0).argmax(axis=1) if cuts == 1 else ((m < 0).argmax(axis=1) + 1) % 3
         turned = (np.arange(3) + turn[:, None]) % 3 if cuts < 3 else np.tile(np.arange(3), (len(c), 1))
@@ -182,4 +202,5 @@ def split_edges(faces: Faces, edges: Edges, split: NDArray[np.int64], count: int
             3: [(p, x, z), (x, q, y), (z, y, r), (x, y, z)],
         }[cuts]
         pieces.extend(np.stack(triangle, axis=1) for triangle in new)
-    return np.concatenate(pieces).astype(np.int32)
+        origin += [which[own]] * len(new)
+    return np.concatenate(pieces).astype(np.int32), np.concatenate(origin)

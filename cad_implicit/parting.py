@@ -6,9 +6,11 @@ by the blends, and the blends are planes, cylinders, cones, tori, spheres or spl
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .blend_labels import Outward, blend_surfaces, label
 from .cad.kernel import kernel
@@ -23,7 +25,7 @@ from .local_blend import LocalBlend
 from .mesh import Mesh
 from .outliner import Outliner
 from .parallel import Progress, no_progress
-from .patches import Numbers
+from .patches import Numbers, Patches
 from .simplifying import simplify
 
 #: The volume of a solid may differ by that from that of the mesh, in chords: cubic mm per squared spacing over radius
@@ -33,8 +35,10 @@ _CHORDS = 0.5
 #: And by this share of the volume, for the part's own facets.
 _SHARE = 2e-5
 
-#: Rounds in which more and more patches fall apart to triangles before all of them do.
-_ROUNDS = 6
+#: Rounds in which more and more triangles become faces before all of them do; in the first ones only those are added
+#: that touch a border that is not on its surfaces, then all of the patch.
+_ROUNDS = 16
+_LOCAL = 12
 
 
 def to_part(
@@ -129,23 +133,43 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
     count = len(own.face_shapes)
     unknown = int((labels < 0).sum())
     reasons = [f"{unknown} triangles lie on no known surface"] if unknown else []
-    bad: set[int] = set()
-    for _ in range(_ROUNDS):
-        probe = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
-        if bad or unknown:
-            labels = facetted(mesh, labels, bad, probe.surface, probe.first_facet, EDGE / 2)
-        outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
+    astray = 0.0
+    outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
+    for turn in range(_ROUNDS):
+        if (labels < 0).any():
+            mesh, labels = facetted(mesh, labels, outliner.surface, outliner.first_facet, EDGE / 2)
+            outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
         planner = Planner(mesh, outliner.outline(), outliner.patches, count, surfaces, own)
         plan = planner.plan()
         if plan is not None:
             product: Product = solids.made(plan, own)
             if kernels_own.is_valid(product.shape):
                 facets = [position for position, face in enumerate(plan.faces) if face.facet]
-                return product, facets, "; ".join(dict.fromkeys(reasons))
-            whole = [position for position, face in enumerate(plan.faces) if not face.facet]
-            planner.blame_invalid([position for position in whole if not kernels_own.is_valid(product.faces[position])])
+                return product, facets, _told(reasons, astray)
+            for position, face in enumerate(plan.faces):
+                if not face.facet and not kernels_own.is_valid(product.faces[position]):
+                    planner.blame_invalid(position, product.crossing(position))
         if not planner.failed:
             break
-        bad = set(planner.failed)
-        reasons += planner.failed.values()
-    raise InvalidMeshError(reasons[-1] if bad else "the kernel finds the solid invalid")
+        reasons, astray = reasons + planner.reasons, max(astray, planner.astray)
+        labels = np.where(_failing(mesh, outliner.patches, planner.failed, turn < _LOCAL), -1, labels)
+    raise InvalidMeshError(_told(reasons, astray) or "the kernel finds the solid invalid")
+
+
+def _told(reasons: list[str], astray: float) -> str:
+    """Each reason once."""
+    away = [f"edges are up to {astray:.3g} mm away from their faces"] if astray > 0 else []
+    return "; ".join(dict.fromkeys(reasons + away))
+
+
+def _failing(mesh: Mesh, patches: Patches, failed: Mapping[int, set[int] | None], local: bool) -> NDArray[np.bool_]:
+    """Triangles (F,) of failed patches: where known and local only those that touch the borders where they fail."""
+    found = np.zeros(len(mesh.faces), np.bool_)
+    for patch, borders in failed.items():
+        own = patches.of_triangle == patch
+        if local and borders is not None and max(borders) < len(patches.chains):
+            near = np.zeros(len(mesh.vertices), np.bool_)
+            near[np.concatenate([patches.chains[number].vertices for number in borders])] = True
+            own &= near[mesh.faces].any(axis=1)
+        found |= own
+    return found

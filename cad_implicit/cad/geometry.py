@@ -26,6 +26,9 @@ _STRAIGHT = 2e-7
 _SPLINE = 1e-6
 _FIRST, _MOST = 9, 600
 
+#: A curve that needs points nearer to each other than this share of its length jumps.
+_JUMP = 1e-5
+
 #: Axes of a sphere that are tried.
 _AXES = 12
 
@@ -207,7 +210,7 @@ def _spline(place: Callable[[FloatArray], FloatArray], fractions: FloatArray) ->
         spline = make_interp_spline(fractions, points, k=3)
         middle = (fractions[1:] + fractions[:-1]) / 2
         off = np.linalg.norm(spline(middle) - place(middle), axis=1)
-        rough = off > _SPLINE
+        rough = (off > _SPLINE) & (np.diff(fractions) > _JUMP * (fractions[-1] - fractions[0]))
         if not rough.any() or len(fractions) > _MOST:
             break
         fractions = np.sort(np.concatenate([fractions, middle[rough]]))

@@ -44,6 +44,7 @@ except ImportError:  # OCP 8.0
 
 Shape = Any  # a TopoDS_Shape: OCP has no stubs that hold for both versions
 
+as_wire = getattr(TopoDS, "Wire_s", None) or TopoDS.Wire
 as_face = getattr(TopoDS, "Face_s", None) or TopoDS.Face
 as_edge = getattr(TopoDS, "Edge_s", None) or TopoDS.Edge
 as_vertex = getattr(TopoDS, "Vertex_s", None) or TopoDS.Vertex

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepCheck import BRepCheck_Wire
 from OCP.BRepTools import BRepTools_ReShape
 from OCP.gp import gp_Pnt
-from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
+from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED, TopAbs_WIRE
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
-from .occ import Shape, as_edge, as_face, as_vertex, compound
+from .occ import Shape, as_edge, as_face, as_vertex, as_wire, compound, explore
 from .occ_geometry import curve_of, flat_curve_of, surface_of
 from .occ_original import ShapeTopology
 from .planner import LEAST
@@ -32,9 +33,21 @@ class Made:
         self._vertices = {number: self._vertex(vertex) for number, vertex in plan.vertices.items()}
         self._edges = {number: self._edge(edge) for number, edge in plan.edges.items()}
         faces = [self._face(position, face) for position, face in enumerate(plan.faces)]
-        copies = self._copies()
-        self.shape = copies.Apply(compound([self._solid([faces[n] for n in numbers]) for numbers in plan.solids]))
-        self.faces = [copies.Apply(face) for face in faces]
+        self._copied = self._copies()
+        whole = compound([self._solid([faces[n] for n in numbers]) for numbers in plan.solids])
+        self.shape = self._copied.Apply(whole)
+        self.faces = [self._copied.Apply(face) for face in faces]
+
+    def crossing(self, position: int) -> list[int]:
+        """Numbers of edges of a face that touch each other elsewhere than at their ends, as the kernel tells them."""
+        face, found = as_face(self.faces[position]), []
+        for wire in explore(face, TopAbs_WIRE):
+            first, second = TopoDS_Edge(), TopoDS_Edge()
+            BRepCheck_Wire(as_wire(wire)).SelfIntersect(face, first, second)
+            found += [edge for edge in (first, second) if not edge.IsNull()]
+        numbers = {number for loop in self._plan.faces[position].wires for number, _ in loop}
+        own = {number: self._copied.Apply(self._edges[number]) for number in numbers}
+        return [number for number, edge in own.items() if any(edge.IsSame(other) for other in found)]
 
     def _vertex(self, planned: PlannedVertex) -> Shape:
         if planned.own >= 0:

@@ -40,11 +40,11 @@ _FINE = 1e-6
 
 
 class _AstrayError(InvalidMeshError):
-    """An edge does not lie on a face."""
+    """Some edges do not lie on a face."""
 
-    def __init__(self, border: int, away: float) -> None:
-        super().__init__(f"an edge is {away:.3g} mm away from its face")
-        self.border = border
+    def __init__(self, away: dict[int, float]) -> None:
+        super().__init__(f"an edge is {max(away.values()):.3g} mm away from its face")
+        self.borders, self.away = list(away), max(away.values())
 
 
 class Planner:
@@ -52,8 +52,12 @@ class Planner:
 
     Attributes
     ----------
-    failed : dict of int to str
-        Patches that cannot be put on their surfaces, and why.
+    failed : dict of int to set of int or None
+        Patches that cannot be put on their surfaces, and at which borders that is; None: anywhere.
+    reasons : list of str
+        Why, but for edges that are away from their faces.
+    astray : float
+        How far in mm these are.
     worst : float
         Largest distance in mm of an edge from its faces.
     """
@@ -65,12 +69,15 @@ class Planner:
         self.surfaces, self.own = surfaces, own
         self._spans: dict[int, Span] = {}
         self._first_facet = count + len(surfaces)
-        self._beside: dict[int, set[int]] = {}
+        self._beside: dict[int, list[Outlined]] = {}
         for face in outline.faces:
-            for number in (*face.seams, *(n for loop in face.loops for n, _ in loop)):
-                self._beside.setdefault(number, set()).add(face.label)
+            for number in (*face.seams, *_borders(face)):
+                self._beside.setdefault(number, []).append(face)
+        self._position = {id(face): position for position, face in enumerate(outline.faces)}
         self._plan = Plan()
-        self.failed: dict[int, str] = {}
+        self.failed: dict[int, set[int] | None] = {}
+        self.reasons: list[str] = []
+        self.astray = 0.0
         self.worst = 0.0
 
     def plan(self) -> Plan | None:
@@ -87,43 +94,48 @@ class Planner:
         self._plan.solids = list(shells.values())
         return None if self.failed else self._plan
 
-    def blame_invalid(self, positions: Sequence[int]) -> None:
-        """Add to the failed patches those of faces, by position, that a kernel finds invalid."""
-        for position in positions:
-            face = self.outline.faces[position]
-            if face.label < self._first_facet:
-                self._blame([n for loop in face.loops for n, _ in loop], face, "the kernel finds it invalid")
+    def blame_invalid(self, position: int, crossing: Sequence[int]) -> None:
+        """Add to the failed patches that of a face that a kernel finds invalid, at borders that cross if it tells."""
+        face, why = self.outline.faces[position], "the kernel finds a face invalid"
+        self.reasons.append(why)
+        for number in crossing:
+            self._blame(face, self._beside[number], number, why)
+        if not crossing:
+            self._blame(face, [one for number in _borders(face) for one in self._beside[number]], None, why)
 
     def _tried(self, face: Outlined) -> PlannedFace | None:
         try:
             return self._face(face)
         except _AstrayError as error:
-            self._blame([error.border], face, str(error))
+            self.astray = max(self.astray, error.away)
+            for number in error.borders:
+                self._blame(face, self._beside[number], number, str(error))
         except Exception as error:  # the kernel raises its own family of errors, which differs between versions
-            self._blame([], face, f"{type(error).__name__}: {error}")
+            self.reasons.append(f"{type(error).__name__}: {error}")
+            self._blame(face, [face], None, self.reasons[-1])
         return None
 
-    def _blame(self, borders: list[int], face: Outlined, why: str) -> None:
-        """Mark as failed a face, or the blends beside it at some borders if it is of the part, if there are any."""
-        near = [f for f in self.outline.faces if any(n in borders for loop in f.loops for n, _ in loop)]
-        blends = [f for f in near if self.count <= f.label < self._first_facet]
+    def _blame(self, face: Outlined, beside: list[Outlined], border: int | None, why: str) -> None:
+        """Mark as failed a face, or the blends beside it if it is of the part and there are any; at a border or all."""
+        blends = [one for one in beside if self.count <= one.label < self._first_facet]
         if face.label < self.count and blends:
             guilty = blends
         elif face.label < self._first_facet:
             guilty = [face]
         else:
-            guilty = [f for f in near if f.label < self._first_facet]
+            guilty = [one for one in beside if one.label < self._first_facet]
         if not guilty:
             raise InvalidMeshError(why)
         for one in guilty:
-            self.failed.setdefault(one.patch, why)
+            known = self.failed.setdefault(one.patch, set())
+            self.failed[one.patch] = None if known is None or border is None else known | {border}
 
     # --- faces
 
     def _face(self, face: Outlined) -> PlannedFace:
         if face.label < self.count and self._untouched(face):
             planned = PlannedFace(face.label, whole=True)
-            for number in (*face.seams, *(n for loop in face.loops for n, _ in loop)):
+            for number in (*face.seams, *_borders(face)):
                 self._edge(number)
             return planned
         if face.label < self.count:
@@ -135,14 +147,18 @@ class Planner:
             look, centre = self.own.look(surface), np.zeros(2)
         else:
             planned, look, centre = self._blend(face)
+        away: dict[int, float] = {}
         for loop in self.outline.wires(face):
             for number, _ in loop:
-                self._on_face(number, look, centre, face)
+                away[number] = self._on_face(number, look, centre, face)
             planned.wires.append([(number, ahead == self._runs_forward(number)) for number, ahead in loop])
+        astray = {number: far for number, far in away.items() if far > EDGE}
+        if astray:
+            raise _AstrayError(astray)
         return planned
 
     def _untouched(self, face: Outlined) -> bool:
-        numbers = [*(n for loop in face.loops for n, _ in loop), *face.seams]
+        numbers = [*_borders(face), *face.seams]
         if not all(self._is_own(number) for number in numbers):
             return False
         wanted = {e for e, edge in enumerate(self.own.edges) if face.label in edge.faces}
@@ -157,7 +173,7 @@ class Planner:
         low, high = sorted(border.knots.tolist())
         slack = 1e-6 * (edge.high - edge.low)
         whole = abs(low - edge.low) <= slack and abs(high - edge.high) <= slack
-        return bool(whole and self._beside[number] <= set(edge.faces))
+        return bool(whole and all(face.label in edge.faces for face in self._beside[number]))
 
     def _blend(self, face: Outlined) -> tuple[PlannedFace, Look, FloatArray]:
         """Face without borders, its surface, and a place in the middle of it."""
@@ -169,7 +185,7 @@ class Planner:
         primitive = surface.primitive()
         geometry: Surface
         if primitive is not None:
-            border = np.concatenate([self._span(n).at(self._some(n)) for loop in face.loops for n, _ in loop])
+            border = np.concatenate([self._span(n).at(self._some(n)) for n in _borders(face)])
             towards = _nearest(middles, border.mean(axis=0) if halved else middles.mean(axis=0))
             # chords of a torus whose ring is small may be nearer to its other sheet
             value, normals = outward.value_and_normal(towards[None])
@@ -192,7 +208,7 @@ class Planner:
 
     def _half(self, face: Outlined, surface: StripSurface) -> tuple[float, float, FloatArray]:
         """Ways from which and to which one half of a ring goes, and a point (3,) in its middle."""
-        borders = [self.outline.borders[n] for loop in face.loops for n, _ in loop]
+        borders = [self.outline.borders[number] for number in _borders(face)]
         ends = self.outline.points[[end for border in borders for end in (border.start, border.end)]]
         middle = self._middle_way(face, surface)
         turn = surface.length
@@ -268,11 +284,17 @@ class Planner:
         if away > vertex.tolerance:
             vertex.tolerance = 1.01 * away + LEAST
 
-    def _on_face(self, number: int, look: Look, centre: FloatArray, outlined: Outlined) -> None:
-        """Put an edge's curve onto a face, unless the face is plane or the edge was there before."""
+    def _on_face(self, number: int, look: Look, centre: FloatArray, outlined: Outlined) -> float:
+        """Put an edge's curve onto a face, unless the face is plane or the edge was there before.
+
+        Returns
+        -------
+        float
+            How far in mm the edge is from the face; nothing is done if that is too much.
+        """
         border, edge = self.outline.borders[number], self._edge(number)
         if border.edge >= 0 and outlined.label in self.own.edges[border.edge].faces:
-            return
+            return 0.0
         span = self._span(number)
         count, away = _POINTS, np.inf
         while True:
@@ -288,15 +310,20 @@ class Planner:
             if away < _FINE or count >= _MOST:
                 break
             count *= 2
-        self.worst = max(self.worst, away)
         if away > EDGE:
-            raise _AstrayError(number, away)
+            return away
+        self.worst = max(self.worst, away)
         if 1.05 * away + LEAST > edge.tolerance:
             edge.tolerance = 1.05 * away + LEAST
             for vertex in edge.ends:
                 self._tolerate(vertex, edge.tolerance)
         if flat is not None:
-            edge.on[self.outline.faces.index(outlined)] = flat
+            edge.on[self._position[id(outlined)]] = flat
+        return away
+
+
+def _borders(face: Outlined) -> list[int]:
+    return [number for loop in face.loops for number, _ in loop]
 
 
 def _nearest(points: FloatArray, place: FloatArray) -> FloatArray:

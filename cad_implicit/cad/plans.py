@@ -146,3 +146,6 @@ class Product(Protocol):
 
     shape: Any
     faces: Sequence[Any]
+
+    def crossing(self, position: int) -> list[int]:
+        """Numbers of edges of a face that touch each other elsewhere than at their ends; some of them, or none."""

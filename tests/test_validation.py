@@ -18,7 +18,7 @@ from cad_implicit.cad import open_part
 from cad_implicit.job import run
 from cad_implicit.mesh import Mesh
 from cad_implicit.report.rolling_ball import nearest_centre
-from cad_implicit.report.validation import assess, exact_truth, limit_of, validate
+from cad_implicit.report.validation import BY_THE_BALL, assess, exact_truth, limit_of, validate
 from cad_implicit.report.writing import markdown, write_report
 from cad_implicit.shapes import box
 
@@ -77,13 +77,27 @@ def test_a_hole_in_the_mesh_is_caught(sound: tuple[Any, Any]) -> None:
     assert any("open edges" in fault for fault in found.faults)
 
 
-def test_the_whole_part_and_where_it_differs_by_nature() -> None:
-    # an L: the closing fades out at the ends of its edge, by up to 0.08 r
+def ell() -> Any:
+    """An L: the closing fades out at the ends of its edge, by up to 0.08 r."""
     part = cq.Workplane().box(20, 8, 4).union(cq.Workplane().box(4, 8, 16).translate((-8, 0, 6)))
-    found = validate(part.rotate((0, 0, 0), (1, 2, 3), 20), RADIUS, spacing=0.5)
+    return part.rotate((0, 0, 0), (1, 2, 3), 20)
+
+
+def test_the_whole_part_and_where_it_differs_by_nature() -> None:
+    found = validate(ell(), RADIUS, spacing=0.5)
     assert found.passed, found.faults
     assert 0.03 * RADIUS < found.regions["differs by nature"].max < 0.1 * RADIUS
     assert found.regions["blend"].max < 0.1 * found.outcome.spacing
+    assert found.regions[BY_THE_BALL].max < found.regions["differs by nature"].max
+
+
+def test_the_whole_part_with_another_radius_is_caught() -> None:
+    part = open_part(ell())
+    wrong = run(part, "fillet", 1.05 * RADIUS, spacing=0.4)
+    found = assess("ell", wrong, exact_truth(part, RADIUS, "fillet"), RADIUS, "fillet")
+    assert not found.passed
+    # (sqrt(2) - 1) r in the middle of the fillet: the balls of the right radius excuse none of it
+    assert found.regions["blend"].max == pytest.approx((np.sqrt(2) - 1) * 0.05 * RADIUS, rel=0.35)
 
 
 def test_where_the_kernel_fails_the_ball_tells() -> None:
@@ -108,6 +122,21 @@ def test_the_nearest_free_centre() -> None:
     assert nearest_centre(shape, on_round, inward, 1.0, 1.0) == pytest.approx(1.0, abs=1e-3)
     at_edge = np.array([[5.0, 5.0, 0.0]])
     assert nearest_centre(shape, at_edge, inward, 1.0, 1.0) == pytest.approx(np.sqrt(2), abs=1e-3)
+
+
+def test_the_ball_that_rolls_off_an_end() -> None:
+    # a wall on a floor that ends at z = 5: beyond the end the ball comes nearer to a point 0.1 before it
+    shape = box((10, 10, 10)).moved((5, -5, 0)) | box((10, 20, 10)).moved((-5, 0, 0))
+    turn = np.pi / 4
+    down = np.array([[-np.cos(turn), -np.sin(turn), 0.0]])
+    middle, end = (2.0 * np.array([1, 1, 0]) + 2.0 * down + np.array([[0, 0, z]]) for z in (0.0, 4.8))
+    assert nearest_centre(shape, middle, -down, 2.0, -1.0) == pytest.approx(2.0, abs=2e-4)
+    beyond = np.linspace(0.0, 2.0, 200_001)
+    axis = np.sqrt(4.0 - beyond**2)  # touching the ends of both faces
+    away = np.sqrt(2 * (axis - end[0, 0]) ** 2 + (beyond + 0.2) ** 2)
+    assert away.min() < 1.995
+    found = nearest_centre(shape, end, -down, 2.0, -1.0)[0]
+    assert away.min() - 1e-6 < found < away.min() + 5e-3  # the search is no better, 2.5e-3 radii
 
 
 @pytest.mark.parametrize(("text", "value"), [("0.02h", 0.01), ("1%", 0.02), ("0.3", 0.3), ("0.3 mm", 0.3), (None, 7.0)])

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -41,6 +42,7 @@ def main() -> int:
     rows = {}
     if file.exists():
         rows = {row["key"]: row for row in map(json.loads, file.read_text().splitlines())}
+    os.environ["NUMBA_NUM_THREADS"] = "1"  # of the processes that do the runs
     chosen = [job for job in jobs() if not options.run or options.run in job.key]
     start = time.perf_counter()
     numbers = {job.key: number for number, job in enumerate(jobs())}
@@ -68,7 +70,8 @@ def main() -> int:
     shown = [rows[job.key] for job in chosen if rows[job.key]["fate"] != "none"]
     summary = _summary(shown)
     (options.folder / "report.md").write_text(_table(shown) + "\n" + summary, encoding="utf-8")
-    print(f"\n{summary}\n{time.perf_counter() - start:.0f} s")
+    used = sum(row.get("processor_seconds", 0.0) for row in rows.values())
+    print(f"\n{summary}\n{time.perf_counter() - start:.0f} s, of the processors {used:.0f} s in all runs")
     if options.readme:
         _into_readme(summary)
     return 1 if any(row["fate"] == "failed" for row in shown) else 0
@@ -98,7 +101,8 @@ def _summary(rows: list[dict[str, Any]]) -> str:
     """Count by kind of run."""
     day = datetime.now(UTC).strftime("%Y-%m-%d")
     lines = [
-        f"`python -m validation --readme`, {day}, {len({row.get('part') for row in rows})} parts:", "",
+        f"`python -m validation --readme`, {day}: {len({row.get('part') for row in rows})} parts, "
+        f"{sum(row.get('processor_seconds', 0) for row in rows) / 60:.0f} minutes of processor time.", "",
         "| | runs | within the bound | no ball fits, and said so | failed | exact kernel |",
         "|---|---|---|---|---|---|",
     ]  # fmt: skip

@@ -76,7 +76,7 @@ def errors(mesh: Mesh, surfaces: Surfaces, blend: Mask, spacing: float, radius: 
     worst = int(distance.argmax())
     away = MeshDistance(surfaces.part(blend), sign="pseudonormal").unsigned(points) > spacing / 2
     flat = away & (surfaces.names[nearest] == "plane") & ~blend[nearest]
-    back = MeshDistance(mesh, sign="pseudonormal").unsigned(surfaces.samples(blend, 20_000))
+    back = MeshDistance(mesh, sign="pseudonormal").unsigned(surfaces.samples(blend, 20_000)[0])
     x, y, z = points[worst].tolist()
     bend = surfaces.bend(np.ones(len(blend), np.bool_))
     return Errors(

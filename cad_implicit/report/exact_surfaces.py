@@ -46,9 +46,8 @@ class Surfaces:
 
     def nearest(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """Distances ``(N,)`` to the surface in mm, and the faces ``(N,)`` that are nearest, from 0."""
-        assert self.mesh.face_ids is not None
         found = self._near.closest(points)
-        faces = self.mesh.face_ids[found.triangle].astype(np.int64)
+        faces = self._face_of(found.triangle)
         return np.abs(self._by_surface(points, faces, found.distance)), faces
 
     def signed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -59,6 +58,18 @@ class Surfaces:
             own = faces == index
             side[own] = np.where(self.face(index)(points[own]) > 0, -1.0, 1.0)
         return side * distance, faces
+
+    def normals(self, points: FloatArray, faces: NDArray[np.int64]) -> FloatArray:
+        """Give normals ``(N, 3)`` of faces ``(N,)`` near points, out of the material."""
+        normals = np.zeros_like(points)
+        for index in np.unique(faces).tolist():
+            own = faces == index
+            normals[own] = -self.face(index).value_and_gradient(points[own])[1]
+        return normals
+
+    def _face_of(self, triangles: NDArray[np.int32]) -> NDArray[np.int64]:
+        assert self.mesh.face_ids is not None
+        return self.mesh.face_ids[triangles].astype(np.int64)
 
     def _by_surface(self, points: FloatArray, faces: NDArray[np.int64], rough: FloatArray) -> FloatArray:
         value = np.zeros(len(points))
@@ -73,8 +84,8 @@ class Surfaces:
         own = faces[self.mesh.face_ids]
         return Mesh(self.mesh.vertices, self.mesh.faces[own], self.mesh.face_ids[own])
 
-    def samples(self, faces: Mask, count: int) -> FloatArray:
-        """Points ``(count, 3)`` of some faces, moved from the triangles onto the surfaces."""
+    def samples(self, faces: Mask, count: int) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Points ``(count, 3)`` of some faces, moved from the triangles onto the surfaces, and their faces, from 0."""
         mesh = self.part(faces)
         assert mesh.face_ids is not None
         points, triangles = surface_samples(mesh, count)
@@ -83,7 +94,7 @@ class Surfaces:
             own = ids == index
             value, gradient = self.face(index).value_and_gradient(points[own])
             points[own] -= value[:, None] * gradient
-        return points
+        return points, ids.astype(np.int64)
 
     def bend(self, faces: Mask) -> float:
         """Sum over curved faces of the area over the smallest radius of curvature, in mm."""

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from cad_implicit.blend_labels import blend_surfaces
 from cad_implicit.cad.edges import part_edges
 from cad_implicit.cad.parts import open_part
 from cad_implicit.comparison import surface_samples
@@ -18,7 +17,8 @@ from cad_implicit.implicit import FloatArray
 from cad_implicit.local_blend import LocalBlend
 from cad_implicit.mesh import Mesh
 
-from .rolling_ball import nearest_centre
+from .judges import BlendBalls, FreeBall, Judge, explained, off_balls, unit
+from .rolling_ball import ball_errors
 
 if TYPE_CHECKING:
     from cad_implicit.cad.exact_blends import ExactBlend
@@ -34,18 +34,11 @@ _FACETS = 0.01
 #: Points nearer than so many spacings to a sharp edge of the exact solid are counted with it.
 _EDGE = 0.5
 
-#: A free ball that comes nearer than this share of the radius reaches beyond the exact blend: the two differ by nature.
-_BEYOND = 2e-3
-
-#: Samples by which that is found; what lies within so many spacings of one such sample differs, too.
-_TESTED = 1500
-_AROUND = 2.0
-
-#: Vertices farther than so many spacings from the part are on blends; so many of them go through the self-check.
+#: Points farther than so many spacings from the part are on blends; so many of them go through the self-check.
 _OFF = 0.02
 _CHECKED = 3000
 
-REGIONS = ("blend", "unchanged", "sharp edges", "differs by nature")
+REGIONS = ("blend", "unchanged", "sharp edges", "differs by nature", "kernel is off")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +56,13 @@ class Measured:
         Places in :data:`REGIONS`.
     at_vertices : (V,) float64
         Errors of the vertices of the result, for pictures; NaN where not known.
+    judged : (N,) float64
+        Errors that count: where the exact kernel's blend differs by nature, or is off itself, those that the balls
+        tell, NaN where these were not asked.
     defect : float or None
         Largest distance in mm of the exact kernel's blends from the surfaces of the balls, for local blends.
-    exact : Mesh or None
-        Triangles of the exact solid, for pictures.
+    surfaces : Surfaces or None
+        Of the exact solid.
     """
 
     against: str
@@ -74,8 +70,14 @@ class Measured:
     errors: FloatArray
     regions: NDArray[np.int64]
     at_vertices: FloatArray
+    judged: FloatArray
     defect: float | None = None
-    exact: Mesh | None = None
+    surfaces: Surfaces | None = None
+
+    @property
+    def exact(self) -> Mesh | None:
+        """Triangles of the exact solid, for pictures."""
+        return None if self.surfaces is None else self.surfaces.mesh
 
 
 def against_kernel(
@@ -108,52 +110,62 @@ def against_kernel(
     surfaces = Surfaces(truth.shape, _FACETS * spacing)
     is_blend = np.zeros(len(surfaces.shapes), np.bool_)
     is_blend[np.array(truth.blend, np.int64) - 1] = True
-    forth = np.concatenate([result.vertices, surface_samples(result, _SAMPLES)[0]])
+    some, triangles = surface_samples(result, _SAMPLES)
+    forth = np.concatenate([result.vertices, some])
     error, face = surfaces.signed(forth)
-    back = surfaces.samples(np.ones(len(is_blend), np.bool_), _SAMPLES)
-    gap = MeshDistance(result, sign="pseudonormal" if result.is_watertight else "winding")(back)
-    back_face = surfaces.nearest(back)[1]
+    back, back_face = surfaces.samples(np.ones(len(is_blend), np.bool_), _SAMPLES)
+    distance = MeshDistance(result, sign="pseudonormal" if result.is_watertight else "winding")
+    gap = distance(back)
     points, errors = np.concatenate([forth, back]), np.concatenate([error, gap])
     faces = np.concatenate([face, back_face])
     regions = np.where(is_blend[faces], 0, 1)
-    regions[_near_sharp_edges(points, truth, spacing) & (regions == 1)] = 2
-    if blend is None and is_blend.any():
-        regions[_differing(points, surfaces, is_blend, part, radius, spacing, sign)] = 3
+    unchanged = np.flatnonzero(regions == 1)
+    regions[unchanged[_near_sharp_edges(points[unchanged], truth, spacing)]] = 2
+    judged = errors.copy()
     defect = None
-    if blend is not None and is_blend.any():
-        defect = float(_off_balls(surfaces.samples(is_blend, _CHECKED), blend).max())
-    return Measured("exact kernel", points, errors, regions, error[: len(result.vertices)], defect, surfaces.mesh)
+    if blend is None:
+        judge: Judge = FreeBall(part, radius, sign)
+    else:
+        judge = BlendBalls(blend, radius)
+        if is_blend.any():
+            defect = float(np.abs(off_balls(surfaces.samples(is_blend, _CHECKED)[0], blend)).max())
+    own = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
+    here = slice(0, len(forth)), slice(len(forth), None)
+    other, told = explained(judge, forth, own, error, radius, spacing)
+    regions[here[0]][other], judged[here[0]] = REGIONS.index(judge.region), np.where(other, told, error)
+    other, told = explained(judge, back, surfaces.normals(back, back_face), gap, radius, spacing, distance)
+    regions[here[1]][other], judged[here[1]] = REGIONS.index(judge.region), np.where(other, told, gap)
+    return Measured(
+        "exact kernel", points, errors, regions, error[: len(result.vertices)], judged, defect, surfaces
+    )  # fmt: skip
 
 
 def by_rolling_ball(
     result: Mesh, part: MeshDistance, blend: LocalBlend | None, radius: float, spacing: float
 ) -> Measured:
-    """Errors of the vertices of blends by the ball alone, where there is no exact solid.
+    """Errors of the result by the ball alone, where there is no exact solid.
 
-    For a local blend they are distances to the surfaces of its balls, whose centres are at the radius from both faces;
-    for a global one what the nearest centre of a free ball is farther or nearer than the radius. Vertices on the part
-    are counted as unchanged, with their distance to it.
+    On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces; on
+    global ones how much farther or nearer than the radius the nearest centre of a free ball is. Points on the part are
+    counted as unchanged, with their distance to it.
     """
-    value = part(result.vertices)
-    on_blend = np.flatnonzero(np.abs(value) > _OFF * spacing)
-    errors = np.full(len(result.vertices), np.nan)
+    some, triangles = surface_samples(result, _SAMPLES)
+    points = np.concatenate([result.vertices, some])
+    value = part(points)
     unchanged = np.abs(value) <= _OFF * spacing
-    errors[unchanged] = -value[unchanged]
-    some = on_blend
-    if len(some) > _CHECKED:
-        some = np.random.default_rng(0).choice(on_blend, _CHECKED, replace=False)
-    points = result.vertices[some]
+    errors = np.where(unchanged, -value, np.nan)
+    asked = np.flatnonzero(~unchanged)
+    if len(asked) > _CHECKED:
+        asked = np.random.default_rng(0).choice(asked, _CHECKED, replace=False)
     if blend is not None:
-        errors[some] = _off_balls(points, blend)
-    elif len(some):
-        normals = _normals(result)[some]
-        for own, side in ((value[some] < 0, -1.0), (value[some] > 0, 1.0)):
-            if own.any():
-                near = nearest_centre(part, points[own], -side * normals[own], radius, side)
-                errors[some[own]] = side * (radius - near)
+        errors[asked] = off_balls(points[asked], blend)
+    else:
+        normals = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
+        errors[asked] = ball_errors(part, points[asked], normals[asked], radius, np.sign(value[asked]))
     known = np.flatnonzero(np.isfinite(errors))
     regions = np.where(unchanged[known], 1, 0)
-    return Measured("rolling ball", result.vertices[known], errors[known], regions, errors)
+    at_vertices = errors[: len(result.vertices)]
+    return Measured("rolling ball", points[known], errors[known], regions, at_vertices, errors[known])
 
 
 def _near_sharp_edges(points: FloatArray, truth: ExactBlend, spacing: float) -> NDArray[np.bool_]:
@@ -161,7 +173,8 @@ def _near_sharp_edges(points: FloatArray, truth: ExactBlend, spacing: float) -> 
     if not lines:
         return np.zeros(len(points), np.bool_)
     fine = [_finer(line, spacing / 2) for line in lines]
-    return np.asarray(cKDTree(np.concatenate(fine)).query(points)[0] < _EDGE * spacing)
+    limit = _EDGE * spacing
+    return np.asarray(np.isfinite(cKDTree(np.concatenate(fine)).query(points, distance_upper_bound=limit)[0]))
 
 
 def _finer(line: FloatArray, step: float) -> FloatArray:
@@ -170,49 +183,9 @@ def _finer(line: FloatArray, step: float) -> FloatArray:
     return np.stack([np.interp(ways, length, line[:, axis]) for axis in range(3)], axis=1)
 
 
-def _differing(
-    points: FloatArray,
-    surfaces: Surfaces,
-    is_blend: NDArray[np.bool_],
-    part: MeshDistance,
-    radius: float,
-    spacing: float,
-    sign: float,
-) -> NDArray[np.bool_]:
-    """Points (N,) near places of the exact blends that free balls reach beyond."""
-    some = surfaces.samples(is_blend, _TESTED)
-    faces = surfaces.nearest(some)[1]
-    normals = np.zeros_like(some)
-    for index in np.unique(faces).tolist():
-        own = faces == index
-        normals[own] = -surfaces.face(index).value_and_gradient(some[own])[1]
-    beyond = np.zeros(len(some), np.bool_)
-    depth = part(some)
-    for side in (-1.0, 1.0):
-        if sign not in (0.0, side):
-            continue
-        own = np.flatnonzero(side * depth > 0) if sign == 0.0 else np.arange(len(some))
-        near = nearest_centre(part, some[own], -side * normals[own], radius, side)
-        beyond[own] = np.abs(near - radius) > _BEYOND * radius
-    if not beyond.any():
-        return np.zeros(len(points), np.bool_)
-    spread = np.sqrt(surfaces.part(is_blend).area / _TESTED)
-    away = cKDTree(some).query(points)
-    near_far = cKDTree(some[beyond]).query(points)[0]
-    return np.asarray((near_far < _AROUND * spacing + spread) | (beyond[away[1]] & (away[0] < 2 * spread)))
-
-
-def _off_balls(points: FloatArray, blend: LocalBlend) -> FloatArray:
-    """Distances (N,) in mm of points to the nearest surface of a blend."""
-    best = np.full(len(points), np.inf)
-    for outward in blend_surfaces(blend.laid):
-        best = np.minimum(best, np.abs(outward.value_and_normal(points)[0]))
-    return best
-
-
-def _normals(mesh: Mesh) -> FloatArray:
+def vertex_normals(mesh: Mesh) -> FloatArray:
     """Average normals of triangles at vertices (V, 3), by area."""
     total = np.zeros((len(mesh.vertices), 3))
     for corner in range(3):
         np.add.at(total, mesh.faces[:, corner], mesh.face_vectors)
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1), 1e-300)[:, None])
+    return unit(total)

@@ -14,7 +14,7 @@ from cad_implicit.mesh import Mesh
 from cad_implicit.simplifying import simplify
 
 from .measuring import REGIONS
-from .validation import Validation
+from .validation import BY_THE_BALL, Validation
 
 #: Meshes of more triangles are simplified for the page, within this share of the spacing.
 _MOST = 150_000
@@ -95,7 +95,7 @@ def _regions(result: Validation) -> str:
         for name in ("error in mm", "samples", "max", "p99", "RMS", "mean", "bias", "max in h", "max in % of r")
     )
     rows = ""
-    for name in ("all", *REGIONS):
+    for name in ("all", *REGIONS, BY_THE_BALL):
         if name not in result.regions:
             continue
         s = result.regions[name]

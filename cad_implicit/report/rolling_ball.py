@@ -12,14 +12,29 @@ import numpy as np
 
 from cad_implicit.implicit import FloatArray, Implicit
 
-#: Directions around the normal in which the search starts, and how far to the side, in radii.
+#: Directions around the normal in which the search starts, and how far to the side, in radii. What starts farther off
+#: does not step, or it would be back: a ball that rolls off the end of an edge of 90 degrees reaches deepest from 0.7
+#: radii beyond the end, and on the way there it is farther away.
 _DIRECTIONS = 8
 _ASIDE = 0.35
+_FARTHER = 0.8
 
-#: Steps of the search: each moves the centre towards the point by this share of what is left, then out of the part.
-_STEPS = 40
+#: Steps of the search: each moves the centre towards the point by this share of what is left over 0.9 radii, then out
+#: of the part by so many pushes at most (three planes at 110 degrees need ten to 0.008 radii); a centre that a step
+#: leaves within this share of the radius has arrived.
+_STEPS = 15
 _SHARE = 0.5
-_PUSHES = 3
+_PUSHES = 12
+_ARRIVED = 1e-5
+
+#: Then the nearest centre is tried in directions around it, so many radii aside (those that started near, and farther),
+#: half of that if none is nearer.
+_TRIES = 16
+_WIDTH = (0.3, 0.1)
+_AROUND = 6
+
+#: A ball is free if it lacks no more than this share of the radius.
+_FREE = 1e-6
 
 
 def nearest_centre(part: Implicit, points: FloatArray, normals: FloatArray, radius: float, sign: float) -> FloatArray:
@@ -35,44 +50,117 @@ def nearest_centre(part: Implicit, points: FloatArray, normals: FloatArray, radi
     sign : float
         -1 for balls outside of the part (fillets), 1 for balls inside (rounds).
     """
-    starts = _starts(points, normals, radius)
+    best = np.full(len(points), np.inf)
+    middle = (points + radius * normals)[:, None]
+    around = radius * _around(normals, _DIRECTIONS)
+    near = np.concatenate([middle, middle + _ASIDE * around], axis=1)
+    for starts, steps, width in ((near, _STEPS, _WIDTH[0]), (middle + _FARTHER * around, 1, _WIDTH[1])):
+        centres, away = _stepped(part, points, starts, radius, sign, steps)
+        best = np.minimum(best, _tried(part, points, centres, away, width, radius, sign))
+    return best
+
+
+def _stepped(
+    part: Implicit, points: FloatArray, starts: FloatArray, radius: float, sign: float, steps: int
+) -> tuple[FloatArray, FloatArray]:
+    """Nearest centres (N, 3) that steps from the starts (N, K, 3) pass, and their distances (N,), infinite if none."""
     centres = starts.reshape(-1, 3)
     targets = np.repeat(points, starts.shape[1], axis=0)
-    best = np.full(len(targets), np.inf)
-    for _ in range(_STEPS):
-        centres = _pushed(part, centres, radius, sign)
-        free = sign * part(centres) >= radius * (1 - 1e-6)
-        away = np.linalg.norm(centres - targets, axis=1)
-        best = np.where(free, np.minimum(best, away), best)
-        centres = (
-            centres
-            + _SHARE
-            * np.maximum(away - 0.9 * radius, 0.0)[:, None]
-            * (targets - centres)
-            / np.maximum(away, 1e-300)[:, None]
-        )
-    return np.asarray(best.reshape(starts.shape[:2]).min(axis=1))
-
-
-def _starts(points: FloatArray, normals: FloatArray, radius: float) -> FloatArray:
-    """Centres (N, K, 3) to start from."""
-    helper = np.where(np.abs(normals[:, :1]) < 0.7, np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]]))
-    u = np.cross(normals, helper)
-    u /= np.linalg.norm(u, axis=1)[:, None]
-    v = np.cross(normals, u)
-    turns = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    around = np.cos(turns)[None, :, None] * u[:, None] + np.sin(turns)[None, :, None] * v[:, None]
-    centre = points + radius * normals
-    return np.concatenate([centre[:, None], centre[:, None] + _ASIDE * radius * around], axis=1)
-
-
-def _pushed(part: Implicit, centres: FloatArray, radius: float, sign: float) -> FloatArray:
-    """Centres moved along the distance's gradient until their balls are free."""
-    for _ in range(_PUSHES):
-        value, gradient = part.value_and_gradient(centres)
-        lack = np.maximum(radius - sign * value, 0.0)
-        if float(lack.max(initial=0.0)) < 1e-9 * radius:
+    best, found = np.full(len(targets), np.inf), centres.copy()
+    on = np.arange(len(targets))
+    for _ in range(steps):
+        now, away = _fitted(part, centres[on], targets[on], radius, sign)
+        nearer = away < best[on]
+        best[on[nearer]], found[on[nearer]] = away[nearer], now[nearer]
+        away = np.maximum(np.linalg.norm(now - targets[on], axis=1), 1e-300)
+        left = _SHARE * np.maximum(away - 0.9 * radius, 0.0)
+        after = now + (left / away)[:, None] * (targets[on] - now)
+        going = np.linalg.norm(after - centres[on], axis=1) > _ARRIVED * radius
+        centres[on] = after
+        on = on[going]
+        if len(on) == 0:
             break
-        size = np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)
-        centres = centres + (sign * lack / size)[:, None] * gradient
-    return centres
+    least = best.reshape(starts.shape[:2]).argmin(axis=1) + starts.shape[1] * np.arange(len(points))
+    return found[least], best[least]
+
+
+def _tried(
+    part: Implicit, points: FloatArray, centres: FloatArray, away: FloatArray, aside: float, radius: float, sign: float
+) -> FloatArray:
+    """Distances (N,) from points to the nearest centres around some that were found."""
+    width = np.full(len(points), aside)
+    for _ in range(_TRIES):
+        arm = centres - points
+        around = _around(arm / np.maximum(np.linalg.norm(arm, axis=1), 1e-300)[:, None], _AROUND)
+        tried = arm[:, None] + (width * radius)[:, None, None] * around
+        reach = np.where(np.isfinite(away), away, radius)[:, None, None]
+        tried *= reach / np.maximum(np.linalg.norm(tried, axis=2), 1e-300)[:, :, None]
+        targets = np.repeat(points, _AROUND, axis=0)
+        now, length = _fitted(part, (points[:, None] + tried).reshape(-1, 3), targets, radius, sign)
+        now, length = now.reshape(tried.shape), length.reshape(tried.shape[:2])
+        which = length.argmin(axis=1)
+        rows = np.arange(len(points))
+        better = length[rows, which] < away
+        centres = np.where(better[:, None], now[rows, which], centres)
+        away = np.where(better, length[rows, which], away)
+        width = np.where(better, width, width / 2)
+    return away
+
+
+def ball_errors(
+    part: Implicit, points: FloatArray, outward: FloatArray, radius: float, sides: FloatArray
+) -> FloatArray:
+    """Errors (N,) in mm of points of a result as free balls tell them, positive where there is too much material.
+
+    Parameters
+    ----------
+    part : Implicit
+        Signed distance to the part, positive inside.
+    points, outward : (N, 3) float64
+        Of the result, with normals that point out of the material.
+    radius : float
+    sides : (N,) float64
+        -1 for points to be judged by balls outside of the part, 1 inside.
+    """
+    errors = np.zeros(len(points))
+    for side in (-1.0, 1.0):
+        own = sides == side
+        if own.any():
+            near = nearest_centre(part, points[own], -side * outward[own], radius, side)
+            errors[own] = side * (near - radius)
+    return errors
+
+
+def _around(axes: FloatArray, count: int) -> FloatArray:
+    """Directions (N, count, 3) across unit vectors (N, 3)."""
+    helper = np.where(np.abs(axes[:, :1]) < 0.7, np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]]))
+    u = np.cross(axes, helper)
+    u /= np.maximum(np.linalg.norm(u, axis=1), 1e-300)[:, None]
+    v = np.cross(axes, u)
+    turns = 2 * np.pi * np.arange(count) / count
+    return np.asarray(np.cos(turns)[None, :, None] * u[:, None] + np.sin(turns)[None, :, None] * v[:, None])
+
+
+def _fitted(
+    part: Implicit, centres: FloatArray, targets: FloatArray, radius: float, sign: float
+) -> tuple[FloatArray, FloatArray]:
+    """Centres (N, 3) out of the part until their balls are free, towards targets as far as they surely stay so.
+
+    Gives the distances to the targets, too, infinite for those that are not free.
+    """
+    moved, slack = centres.copy(), np.zeros(len(centres))
+    on = np.arange(len(centres))
+    for push in range(_PUSHES + 1):
+        value, gradient = part.value_and_gradient(moved[on])
+        slack[on] = sign * value - radius
+        still = np.flatnonzero(slack[on] < -_FREE * radius)
+        if len(still) == 0 or push == _PUSHES:
+            break
+        on = on[still]
+        size = np.maximum(np.linalg.norm(gradient[still], axis=1), 1e-12)
+        moved[on] -= (sign * slack[on] / size)[:, None] * gradient[still]
+    arm = moved - targets
+    away = np.maximum(np.linalg.norm(arm, axis=1), 1e-300)
+    spare = np.clip(slack, 0.0, away)
+    moved -= (spare / away)[:, None] * arm
+    return moved, np.where(slack >= -_FREE * radius, away - spare, np.inf)

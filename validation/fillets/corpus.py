@@ -51,12 +51,12 @@ class Job:
 
 
 def jobs() -> list[Job]:
-    """All runs: chosen edges of either kind at each radius, and the closing of the whole part at the smallest."""
+    """All runs: chosen edges of either kind at each radius, and the closing of the whole part at the largest."""
     found = []
     for part in PARTS:
         for share in SHARES:
             found += [Job(part, "fillet", "concave", share), Job(part, "round", "convex", share)]
-        found.append(Job(part, "fillet", None, SHARES[0]))
+        found.append(Job(part, "fillet", None, SHARES[-1]))
     return found
 
 

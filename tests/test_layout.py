@@ -13,7 +13,8 @@ import cad_implicit
 
 ROOT = Path(cad_implicit.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
-HOSTS = {"OCP", "cadquery", "build123d", "FreeCAD", "Part"}
+HOSTS = {"OCP", "cadquery", "build123d", "FreeCAD", "Part", "MeshPart"}
+KERNELS = {"occ": {"OCP"}, "freecad": {"FreeCAD", "Part", "MeshPart"}}
 FRONT_ENDS = {"cli_validate", "cli_batch", "cli", "report", "cadquery", "cadquery_shapes", "build123d"}
 HOST_MODULES = {"cadquery.py": {"cadquery"}, "cadquery_shapes.py": {"cadquery"}, "build123d.py": {"build123d"}}
 
@@ -41,8 +42,10 @@ def test_import_rules(path: Path) -> None:
         compiler = {"llvmlite", "collections"} if relative.name == "lanes.py" else set()
         assert roots <= {"__future__", "math", "typing", "numpy", "numba", "cad_implicit"} | compiler
         assert own <= {"kernels"}
-    if not (relative.parts[0] == "cad" and relative.name.startswith("occ")):
-        assert roots & HOSTS <= HOST_MODULES.get(str(relative), set())
+    kernel = relative.stem.split("_")[0] if relative.parts[0] == "cad" else ""
+    assert roots & HOSTS <= KERNELS.get(kernel, HOST_MODULES.get(str(relative), set()))
+    other = {"occ": "freecad", "freecad": "occ"}.get(kernel)
+    assert not any(module.split(".")[-1].split("_")[0] == other for module in imported(path))
     if relative.parts[0] not in FRONT_ENDS and relative.stem not in FRONT_ENDS | {"__main__"}:
         assert not own & FRONT_ENDS
 

@@ -93,7 +93,12 @@ def exact_blend(
         command = [*start_of_child, "-m", own.__name__, str(source), str(job), str(target)]
         try:
             child = subprocess.run(
-                command, capture_output=True, text=True, timeout=time_limit, check=False, env=_environment()
+                command,
+                capture_output=True,
+                text=True,
+                timeout=time_limit,
+                check=False,
+                env=_environment(own.search_path()),
             )
         except subprocess.TimeoutExpired:
             return ExactBlend("time out", time_limit, message=f"no answer within {time_limit:g} s")
@@ -106,10 +111,11 @@ def exact_blend(
         return ExactBlend(**answer, seconds=seconds, shape=own.read(target) if answer["status"] == "ok" else None)
 
 
-def _environment() -> dict[str, str]:
-    """Environment in which the child finds this very package."""
+def _environment(folders: list[str]) -> dict[str, str]:
+    """Environment in which the child finds this very package, and what is in some folders."""
     here = str(Path(cad_implicit.__file__).parents[1])
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH")]))}
+    path = [here, *folders, os.environ.get("PYTHONPATH", "")]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path))}
 
 
 def run_child(

@@ -16,6 +16,7 @@ import numpy as np
 from cad_implicit.errors import FileFormatError, InvalidMeshError, MissingHostError
 from cad_implicit.mesh import Mesh
 
+from .kernel import within_freecad
 from .weld import welded
 
 STEP_EXTENSIONS = (".step", ".stp")
@@ -102,7 +103,7 @@ def check_output(path: str | Path, allowed: tuple[str, ...] = OUTPUT_EXTENSIONS)
         raise FileFormatError(f"{path} cannot be written: there is no folder {folder}; make it first")
     if not os.access(folder, os.W_OK):
         raise FileFormatError(f"{path} cannot be written: the folder {folder} is read-only; choose another")
-    if path.suffix.lower() in BREP_EXTENSIONS and find_spec("OCP") is None:
+    if path.suffix.lower() in BREP_EXTENSIONS and not within_freecad() and find_spec("OCP") is None:
         raise MissingHostError(f"writing {path.suffix} needs OCP, which comes with either host: {INSTALL_HOST}")
     return path
 

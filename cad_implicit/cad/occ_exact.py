@@ -115,5 +115,10 @@ def interpreter() -> list[str]:
     return [] if getattr(sys, "frozen", False) or not sys.executable else [sys.executable]
 
 
+def search_path() -> list[str]:
+    """Folders in which the child looks for modules, besides its own."""
+    return []
+
+
 if __name__ == "__main__":
     sys.stdout.write(run_child(sys.argv[1:], read, write, blended))

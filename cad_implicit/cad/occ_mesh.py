@@ -23,7 +23,7 @@ from cad_implicit.mesh import FloatArray, Mesh
 from cad_implicit.parallel import Progress, no_progress
 
 from .occ import Shape, as_edge, as_face, bounds, compound, distinct, explore, shape_map
-from .weld import clean, closer, groups, outward
+from .weld import clean, closer, groups, joined, outward
 
 #: Below this share of the diagonal the kernel's faster method is tried first. A sphere of 200 mm to 4 micrometres,
 #: 246,000 triangles, takes 1.5 s with it and 20 s without; but one of 30 parts to 2e-5 had triangles that cross.
@@ -92,14 +92,6 @@ def _sound(mesh: Mesh) -> bool:
     size = float(np.median(np.linalg.norm(np.diff(mesh.vertices[mesh.faces[:, :2]], axis=1), axis=2)))
     with parallel.threads(None, len(mesh.faces)):
         return mesh.is_watertight and not bool(intersecting(mesh.vertices, mesh.faces, size).any())
-
-
-def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """Several meshes as one, without welding them to each other."""
-    start = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
-    faces = np.concatenate([mesh.faces + n for mesh, n in zip(meshes, start[:-1], strict=True)])
-    ids = np.concatenate([np.full(len(m.faces), -1) if m.face_ids is None else m.face_ids for m in meshes])
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces, ids)
 
 
 def _solid_mesh(solid: Shape, numbers: Any) -> Mesh | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -138,6 +140,14 @@ def closer(mesh: Mesh) -> Mesh:
         return mesh
     near = Mesh(vertices, faces, ids, mesh.source)
     return near if near.open_edges < mesh.open_edges else mesh
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one, without welding them to each other."""
+    start = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    faces = np.concatenate([mesh.faces + n for mesh, n in zip(meshes, start[:-1], strict=True)])
+    ids = np.concatenate([np.full(len(m.faces), -1) if m.face_ids is None else m.face_ids for m in meshes])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces, ids)
 
 
 def parted(mesh: Mesh) -> Mesh:

@@ -39,7 +39,7 @@ ifneq ($(wildcard $(FREECAD_LIBRARY)/FreeCAD.so),)
 test-freecad: $(VENV_FREECAD)/ready
 	FREECAD_LIBRARY=$(FREECAD_LIBRARY) PYTHONPATH=$(CURDIR) LANG=C.UTF-8 \
 		$(VENV_FREECAD)/bin/python -m pytest -m freecad tests/freecad
-	if [ -x tests/freecad/run_gui.sh ]; then tests/freecad/run_gui.sh $(VENV_FREECAD); fi
+	tests/freecad/run_gui.sh $$($(VENV_FREECAD)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")
 else
 test-freecad:
 	@echo "SKIPPED: the tests within FreeCAD, which is not installed ($(FREECAD_LIBRARY)/FreeCAD.so is missing)"

@@ -6,15 +6,21 @@ from text.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from .brep_text import Child, Location, curve_text, inverse, spline_text, surface_text, times
+from .freecad import Shape, vector
 from .freecad_geometry import read
 from .freecad_original import ShapeTopology
 from .planner import LEAST
 from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex
 
 _HERE: Location = ()
+
+#: Edges that touch within so many mm of an end that both have touch in that.
+_APART = 1e-4
 
 
 def made(plan: Plan, own: ShapeTopology) -> Made:
@@ -41,6 +47,26 @@ class Made:
         found = self.shape.Faces
         order = [position for numbers in plan.solids for position in numbers]
         self.faces = [found[place] for place in np.argsort(order).tolist()]
+
+    def crossing(self, position: int) -> list[int]:
+        """Numbers of edges of a face that touch each other elsewhere than at their ends, as the kernel tells them."""
+        numbers = list(dict.fromkeys(number for loop in self._plan.faces[position].wires for number, _ in loop))
+        edges = dict(zip(numbers, self.faces[position].Edges, strict=True))
+        boxes = {number: edge.BoundBox for number, edge in edges.items()}
+        found: set[int] = set()
+        for one, other in combinations(numbers, 2):
+            if boxes[one].intersect(boxes[other]) and self._touch(one, other, edges):
+                found |= {one, other}
+        return [number for number in numbers if number in found]
+
+    def _touch(self, one: int, other: int, edges: dict[int, Shape]) -> bool:
+        """Whether two edges touch elsewhere than at vertices that both have."""
+        distance, touching, _ = edges[one].distToShape(edges[other])
+        if distance > self._plan.edges[one].tolerance + self._plan.edges[other].tolerance:
+            return False
+        shared = [self._plan.vertices[n] for n in {*self._plan.edges[one].ends} & {*self._plan.edges[other].ends}]
+        ends = [(vector(vertex.point), _APART + 2 * vertex.tolerance) for vertex in shared]
+        return any(all(place[0].distanceToPoint(end) > away for end, away in ends) for place in touching)
 
     def _vertex(self, planned: PlannedVertex) -> Child:
         if planned.own < 0:

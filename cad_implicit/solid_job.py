@@ -91,6 +91,8 @@ class Provenance:
         Share of the surface's area, from 0 to 1, that lies on surfaces of the part or of blends; the rest is facets.
     facets : str
         Why there are facets where there might be none.
+    spacing : float or None
+        Grid spacing in mm; None for the exact kernel.
     """
 
     engine: Literal["exact kernel", "implicit"]
@@ -98,6 +100,7 @@ class Provenance:
     error_bound: float | None
     exact_share: float
     facets: str = ""
+    spacing: float | None = None
 
 
 def worked(part: OpenPart, operation: str, amount: Any, **what: Any) -> tuple[SolidPart, Provenance]:
@@ -138,7 +141,7 @@ def worked(part: OpenPart, operation: str, amount: Any, **what: Any) -> tuple[So
         solid = to_part(outcome.shape, mesh=outcome.mesh, name=part.name, **own)
     if bound is not None and tolerance is not None and solid.facets:
         bound += tolerance
-    return solid, Provenance("implicit", "", bound, solid.exact_share, solid.why)
+    return solid, Provenance("implicit", "", bound, solid.exact_share, solid.why, outcome.spacing)
 
 
 def shelled(

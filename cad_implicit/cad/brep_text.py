@@ -111,7 +111,7 @@ class Brep:
     def number(self, location: Location) -> int:
         """Give the number of a location, which is added if there is none."""
         if location not in self.placed:
-            self.locations.append("2  " + " ".join(f"{n} {power}" for n, power in location) + " 0")
+            self.locations.append("2  " + " ".join(f"{n} {power}" for n, power in reversed(location)) + " 0")
             self.placed.append(location)
         return self.placed.index(location)
 
@@ -200,7 +200,7 @@ def _locations(text: str, count: int, brep: Brep) -> None:
             line += f"{factor} {power} "
             one = brep.placed[factor] if power > 0 else inverse(brep.placed[factor])
             for _ in range(abs(power)):
-                product = times(product, one)
+                product = times(one, product)  # the last one is applied first
         brep.locations.append(line + "0")
         brep.placed.append(product)
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import FreeCAD as App
 
-from . import client, properties, references, sources
+from . import client, preferences, properties, references, sources
 from .errors import WorkbenchError
 
 #: Version of the properties; features of later ones are left alone.
@@ -157,6 +157,8 @@ class Operation:
             "result": "mesh" if draft or error or is_mesh_feature(obj) else "solid",
             "draft": draft or None,
             "error": error or None,
+            "threads": preferences.threads() or None,
+            "memory_limit": preferences.memory_limit() * 2**30 or None,
             "exact_first": (getattr(obj, "ExactFirst", False) and not (draft or error)) or None,
         }
         options |= self.options(obj)

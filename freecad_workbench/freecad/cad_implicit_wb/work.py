@@ -114,7 +114,7 @@ def _solid(part: OpenPart, operation: str, amount: float | None, what: dict[str,
         "exact_share": provenance.exact_share,
         "engine": ENGINES[what.get("engine", "exact")],
         "warnings": [provenance.facets] if provenance.facets else [],
-        "spacing": None,
+        "spacing": provenance.spacing,
         "volume_before": _volume(part),
         "volume_after": shape.Volume,
     }

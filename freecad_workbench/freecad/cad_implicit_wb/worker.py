@@ -33,6 +33,9 @@ MARK = b"\x00cad_implicit worker\x00"
 #: Seconds between two messages on progress: a bar is smooth at ten a second.
 _PAUSE = 0.1
 
+#: The window comes first where both want a processor.
+_NICE = 5
+
 _HEAD = struct.Struct("<Q")
 
 
@@ -137,6 +140,8 @@ def load(name: str) -> Any:
 def main() -> None:
     """Serve the parent."""
     target = os.fdopen(os.dup(1), "wb")
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
     os.dup2(2, 1)  # whatever a kernel prints must not come between the messages
     sys.path[:] = json.loads(os.environ.pop(SETUP))["path"]
     target.write(MARK)

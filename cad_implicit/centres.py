@@ -158,6 +158,7 @@ class Centres:
             lower[lower] = own < length[lower] - radius
         filled |= lower
         value[which[filled]] = length[filled] - radius
+        filled &= length > 0  # a point at a centre, where sheets of a part run through each other
         gradient[which[filled]] = arm[filled] / length[filled, None]
 
 

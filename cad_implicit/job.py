@@ -21,7 +21,7 @@ from .implicit import Implicit
 from .local_job import run_local
 from .local_ops import KINDS
 from .mesh import Mesh
-from .outcome import Clock, Outcome, leaks
+from .outcome import Clock, Outcome, crossings, leaks, repairs
 from .parallel import Progress, no_progress
 from .rails import Radius
 from .simplifying import simplify as simplified
@@ -146,10 +146,11 @@ def run(
         with clock.stage("mesh"):
             before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
             leak = leaks(before, force=force)
+            doubts = leak or crossings(before)
         sizing.check_triangles(before.area, h, force=force)
         with clock.stage(operation):
             function, options = _function(operation, side, open, cell, kind, skin)
-            part_distance = MeshDistance(before, sign="winding" if leak else "auto", threads=threads)
+            part_distance = MeshDistance(before, sign="winding" if doubts else "auto", threads=threads)
             result = function(
                 part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress, **options
             )
@@ -160,7 +161,12 @@ def run(
                 mesh = simplified(mesh, simplify)
         with clock.stage("check"):
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
-            notes = leak + thin + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
+            notes = (
+                repairs(before)
+                + doubts
+                + thin
+                + _changes(operation, amount, before, mesh, told=bool(thin), force=force)
+            )
             if not leak and _unchanged(operation, part_distance, mesh, h, engine):
                 notes.append(_UNCHANGED[operation].format(radius=amount))
     for w in caught:

@@ -17,7 +17,7 @@ from .errors import GeometryWarning, RadiusError, RefusedError
 from .local_blend import is_sound, strip_area
 from .local_ops import KINDS, blend
 from .mesh import Mesh
-from .outcome import Clock, Outcome, leaks, plain
+from .outcome import Clock, Outcome, crossings, leaks, plain, repairs
 from .parallel import Progress, no_progress
 from .rails import Radius
 from .simplifying import simplify as simplified
@@ -83,7 +83,9 @@ def run_local(
                 mesh = simplified(mesh, simplify)
         with clock.stage("check"):
             told = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning) and not leak]
-            notes = leak + told + _changes(operation, before, mesh, force=force)
+            notes = (
+                repairs(before) + (leak or crossings(before)) + told + _changes(operation, before, mesh, force=force)
+            )
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)

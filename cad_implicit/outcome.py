@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from . import sizing
+import numpy as np
+
+from . import parallel, sizing
 from .cad.files import BREP_EXTENSIONS, FIELD_EXTENSIONS
 from .cad.solids import SolidPart, described
 from .errors import OpenMeshError
@@ -126,6 +128,29 @@ def leaks(part: Mesh, *, force: bool) -> list[str]:
             advice += ". The part itself is invalid: where a union in CadQuery made it so, try clean=False there"
         raise OpenMeshError(f"{error}{advice}", error.open_edges) from None
     return []
+
+
+def repairs(part: Mesh) -> list[str]:
+    """Tell what was done to the triangles of a part when it was read."""
+    done = part.source.get("repairs", [])
+    return [f"the part as it was read: {what}" for what in done] if isinstance(done, list) else []
+
+
+def crossings(part: Mesh) -> list[str]:
+    """Tell whether triangles of a part that came as triangles run through each other; nothing if none do."""
+    from .kernels.intersections import intersecting
+
+    if part.source.get("kind") == "brep":
+        return []
+    size = float(np.median(np.linalg.norm(np.diff(part.vertices[part.faces[:, :2]], axis=1), axis=2)))
+    with parallel.threads(None, len(part.faces)):
+        count = int(intersecting(part.vertices, part.faces, size).sum()) if size > 0 else 0
+    if not count:
+        return []
+    return [
+        f"{count} of {len(part.faces)} triangles of the part run through others or lie on others; inside and outside "
+        "were told apart by winding numbers"
+    ]
 
 
 class Clock:

@@ -18,6 +18,9 @@ Engine = Literal["exact", "reinit"]
 #: The default spacing resolves the radius by this many grid cells …
 CELLS_PER_RADIUS = 6.0
 
+#: or, where memory does not allow it, by this many at least …
+FEWEST_CELLS = 2.0
+
 #: … and the part's diagonal by this many.
 CELLS_PER_DIAGONAL = 100.0
 
@@ -34,8 +37,11 @@ BYTES_PER_SURFACE_CELL = 2500
 #: The same for the strips of local blends, which are joined to the part, too (measured 1600 to 3700).
 BYTES_PER_STRIP_CELL = 4000
 
-#: Share of the free memory that one operation may take.
-MEMORY_SHARE = 0.8
+#: Share of the free memory that one operation may take …
+MEMORY_SHARE = 0.6
+
+#: … and of that what a default spacing aims at: free memory comes and goes between two looks.
+_ROOM = 0.8
 
 #: Bytes that a user allows, if fewer.
 _memory_limit: int | None = None
@@ -131,12 +137,20 @@ def choose_spacing(
     default = min(radius / CELLS_PER_RADIUS, float(np.linalg.norm(high - low)) / CELLS_PER_DIAGONAL)
     if tolerance is not None:
         spacing = _spacing_for(positive("tolerance", tolerance, SpacingError), radius, engine, 2 * default)
-    smallest = smallest_spacing(bounds, margin, engine, area)
+    budget = available_memory()
+    smallest = smallest_spacing(bounds, margin, engine, area, budget if spacing is not None else _ROOM * budget)
+    if spacing is None and smallest > radius / FEWEST_CELLS:
+        need = estimate_memory(bounds, radius / FEWEST_CELLS, margin, engine, area) / 2**30
+        raise MemoryLimitError(
+            f"a radius of {radius:g} mm is too small for all of a part of {float(np.linalg.norm(high - low)):.3g} mm: "
+            f"half of it as spacing needs {need:.3g} GiB, but {budget / 2**30:.1f} GiB may be used; use a larger "
+            "radius, or choose edges"
+        )
     if spacing is None:
         return max(default, smallest)
     h = positive("spacing", spacing, SpacingError)
     if h < smallest:
-        need, have = estimate_memory(bounds, h, margin, engine, area), available_memory()
+        need, have = estimate_memory(bounds, h, margin, engine, area), budget
         raise MemoryLimitError(
             f"a spacing of {h:g} mm needs {need / 2**30:.1f} GiB, but {have / 2**30:.1f} GiB may be used; "
             f"use a spacing of {_rounded_up(smallest):g} mm or more"
@@ -161,12 +175,11 @@ def _spacing_for(tolerance: float, radius: float, engine: Engine, largest: float
     return min((math.sqrt(linear**2 + 4 * square * tolerance) - linear) / (2 * square), largest)
 
 
-def smallest_spacing(bounds: ArrayLike, margin: float, engine: Engine, area: float | None = None) -> float:
-    """Smallest spacing in mm at which an operation on a part in that box fits into the memory that may be used."""
+def smallest_spacing(bounds: ArrayLike, margin: float, engine: Engine, area: float | None, budget: float) -> float:
+    """Smallest spacing in mm at which an operation on a part in that box fits into a budget of memory in bytes."""
     low, high = np.asarray(bounds, np.float64)
     fine = float(np.linalg.norm(high - low)) * 1e-6
     coarse = float(np.linalg.norm(high - low))
-    budget = available_memory()
     for _ in range(60):
         middle = math.sqrt(fine * coarse)
         if estimate_memory(bounds, middle, margin, engine, area) > budget:

@@ -38,9 +38,11 @@ def test_memory_is_estimated_before_it_is_taken(engine: Engine, monkeypatch: pyt
         sizing.choose_spacing(BOX, 3, engine=engine, spacing=0.01)
     fits = float(str(error.value).split("spacing of ")[2].split(" mm")[0])
     assert sizing.choose_spacing(BOX, 3, engine=engine, spacing=fits) == fits
-    tight = sizing.choose_spacing(BOX, 0.1, engine=engine)
+    tight = sizing.choose_spacing(BOX, 2, engine=engine)
     assert sizing.estimate_memory(BOX, tight, 0, engine) <= 2**27 * 1.0001
-    assert tight > 0.1 / 6
+    assert tight > 2 / 6
+    with pytest.raises(MemoryLimitError, match="half of it as spacing needs"):
+        sizing.choose_spacing(BOX, 0.1, engine=engine)
 
 
 @pytest.mark.parametrize("bad", [0, -1, float("nan"), float("inf")])

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from shutil import copymode
 from tempfile import TemporaryDirectory
@@ -17,6 +18,7 @@ from cad_implicit.errors import FileFormatError, InvalidMeshError, MissingHostEr
 from cad_implicit.mesh import Mesh
 
 from .kernel import within_freecad
+from .mesh_bytes import safe_bytes
 from .weld import welded
 
 STEP_EXTENSIONS = (".step", ".stp")
@@ -32,6 +34,9 @@ OUTPUT_EXTENSIONS = PART_EXTENSIONS + FIELD_EXTENSIONS
 
 #: What to do where a B-rep is met and there is no OCP.
 INSTALL_HOST = 'pip install "cad_implicit[cadquery]" or pip install "cad_implicit[build123d]"'
+
+#: Coordinates of single precision are told to be coarse beyond this share of the part's diagonal.
+_COARSE = 1e-5
 
 #: Units that a 3MF file may name, in mm.
 _UNITS = {
@@ -159,9 +164,9 @@ def read_mesh(path: Path) -> Mesh:
 
     kind = path.suffix.lower()
     size = path.stat().st_size
+    data, repairs = safe_bytes(path)
     try:
-        with path.open("rb") as file:
-            scene = trimesh.load_scene(file, file_type=kind[1:], process=False, maintain_order=True)
+        scene = trimesh.load_scene(BytesIO(data), file_type=kind[1:], process=False, maintain_order=True)
         bodies = [body for body in scene.dump() if isinstance(body, trimesh.Trimesh) and len(body.faces)]
         unit = _unit(scene) if kind == ".3mf" else 1.0
     except MemoryError:
@@ -181,6 +186,11 @@ def read_mesh(path: Path) -> Mesh:
     except InvalidMeshError as error:
         raise InvalidMeshError(f"{path}: {error}") from None
     mesh.source["solids"] = mesh.components
+    coarse = float(np.spacing(np.abs(mesh.bounds).max().astype(np.float32)))
+    if kind == ".stl" and coarse > _COARSE * mesh.diagonal:
+        repairs.append(f"so far from the origin its coordinates are whole multiples of {coarse:g} mm")
+    if repairs:
+        mesh.source["repairs"] = [*repairs, *mesh.source.get("repairs", [])]  # type: ignore[misc]
     return mesh
 
 

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from cad_implicit.mesh import FloatArray, IntArray, Mesh
 
+from .repair import repaired
+
 #: Vertices closer than this share of the diagonal are one vertex when the exact topology leaves the mesh open:
 #: ten times the relative resolution of float32 (1.2e-7), far below any tolerance a part is made to.
 NEAR = 1e-6
@@ -103,7 +105,9 @@ def welded(
     share: bool = False,
     source: dict[str, object] | None = None,
 ) -> Mesh:
-    """Mesh of raw triangles: cleaned, welded as far as it helps, turned outward.
+    """Mesh of raw triangles: cleaned, welded as far as it helps, repaired where that takes no guess, turned outward.
+
+    ``source["repairs"]`` tells what was done that changes more than which corners are shared.
 
     Parameters
     ----------
@@ -127,7 +131,16 @@ def welded(
         label, first = equal_points(raw.vertices)
         equal = _cleaned(Mesh(raw.vertices[first], label[raw.faces], source=source))
         best = equal if share or equal.open_edges < best.open_edges else best
-    return outward(closer(best))
+    mesh, done = repaired(closer(best))
+    left_out = len(raw.faces) - len(best.faces)
+    if left_out:
+        done.insert(0, f"triangles left out that are there twice or have no area: {left_out} of {len(raw.faces)}")
+    turned = outward(mesh)
+    if turned is not mesh:
+        done.append("all triangles were turned over: the part was inside out")
+    if done:
+        turned.source["repairs"] = done
+    return turned
 
 
 def closer(mesh: Mesh) -> Mesh:

@@ -1,0 +1,1 @@
+"""Dirty input: parts that are broken, awkward, or made to do harm, and what becomes of each."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +38,7 @@ from .cli_options import (
 )
 from .cli_progress import progress_bar
 from .cli_selection import selection
-from .cli_work import errors, show, work
+from .cli_work import CANCELLED, errors, show, work
 
 app = typer.Typer(
     name="cad-implicit",
@@ -354,7 +356,16 @@ def demo(
 
 def main() -> None:
     """Entry point: run the command line; exit 1 with one line on any error that the package foresees."""
-    app()
+    try:
+        app()
+    except SystemExit as end:
+        if end.code == CANCELLED:
+            # Where the interrupt fell into an exec(), as of a module being imported, Python would end by SIGINT all the
+            # same.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(CANCELLED)
+        raise
 
 
 if __name__ == "__main__":

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from .cad.solids import SolidPart
     from .outcome import Outcome
 
+#: Exit code after Ctrl-C or SIGTERM.
+CANCELLED = 130
+
 
 def work(
     operation: str,
@@ -144,4 +147,4 @@ def errors() -> Iterator[None]:
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
         typer.echo("cancelled: nothing was written", err=True)
-        raise typer.Exit(130) from None
+        raise typer.Exit(CANCELLED) from None

@@ -1,6 +1,7 @@
 """Run inside FreeCAD's window: pytest as soon as the window is there; FreeCAD ends with pytest's exit code."""
 
 import os
+import shlex
 import sys
 import traceback
 
@@ -16,7 +17,7 @@ def go() -> None:
 
         root = os.environ["CAD_IMPLICIT_ROOT"]
         os.chdir(root)
-        chosen = os.environ["CAD_IMPLICIT_PYTEST"].split() or ["tests/freecad/gui"]
+        chosen = [word for word in shlex.split(os.environ["CAD_IMPLICIT_PYTEST"]) if word] or ["tests/freecad/gui"]
         theirs = "ignore::ImportWarning"  # FreeCAD's own finders of modules
         code = int(pytest.main(["-p", "no:cacheprovider", "--rootdir", root, "-W", theirs, *chosen]))
     except BaseException:

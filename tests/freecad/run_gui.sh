@@ -7,7 +7,7 @@ shift
 root=$(cd "$(dirname "$0")/../.." && pwd)
 home=$(mktemp -d)
 trap 'rm -rf "$home"' EXIT
-export FREECAD_USER_HOME=$home CAD_IMPLICIT_PYTEST="$*" CAD_IMPLICIT_ROOT=$root
+export FREECAD_USER_HOME=$home CAD_IMPLICIT_PYTEST="$(printf '%q ' "$@")" CAD_IMPLICIT_ROOT=$root
 # Without a locale FreeCAD 0.20 crashes at its start; as root its start page does with the sandbox of its browser.
 export LANG=C.UTF-8 QTWEBENGINE_DISABLE_SANDBOX=1 OMP_WAIT_POLICY=passive PYTHONDONTWRITEBYTECODE=1
 # A script that raises would leave FreeCAD open: the time limit.

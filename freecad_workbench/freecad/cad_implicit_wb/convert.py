@@ -16,7 +16,7 @@ import Mesh
 import MeshPart
 import Part
 
-from . import client, feature, sources
+from . import client, feature, preferences, sources
 from .errors import WorkbenchError
 
 #: Kinds of files.
@@ -51,7 +51,7 @@ def cost(obj: Any) -> Cost:
 def solid_request(obj: Any, tolerance: float | None = None) -> tuple[client.Request, Any]:
     """Request for the solid of a mesh object, simplified within so many mm first, and where it is placed."""
     arrays, placement = sources.located_mesh(obj)
-    return client.Request(None, arrays, "solid", None, None, {"simplify": tolerance}), placement
+    return client.Request(None, arrays, "solid", None, None, {"simplify": tolerance, **preferences.limits()}), placement
 
 
 def to_solid(obj: Any, tolerance: float | None = None) -> Any:

@@ -161,7 +161,7 @@ class Operation:
             "memory_limit": preferences.memory_limit() * 2**30 or None,
             "exact_first": (getattr(obj, "ExactFirst", False) and not (draft or error)) or None,
         }
-        options |= self.options(obj)
+        options |= self.options(obj) | preferences.limits()
         if sources.is_mesh(source):
             if self.elements(obj):
                 raise WorkbenchError(f"{source.Label} is a mesh: it has no edges to choose; choose all of it")

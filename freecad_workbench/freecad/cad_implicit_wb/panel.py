@@ -44,7 +44,7 @@ class OperationPanel:
         self._preview_soon = self._timer(_PAUSE_PREVIEW, self._start_preview)
         self.form.preview.toggled.connect(self._preview_toggled)
         self.form.stop.clicked.connect(self._stop)
-        self._seen = _Seen(obj, self.source)
+        self._seen = _Seen(obj, self.source, getattr(obj, "Tool", None))
         self._overlay = Overlay(Gui.getDocument(self.document.Name).ActiveView, self._frame())
         self._clicks = None
         if self.form.elements is not None:
@@ -217,8 +217,9 @@ class OperationPanel:
 class _Seen:
     """What is seen while the panel is open: the source, to be clicked at, and not the old result."""
 
-    def __init__(self, obj: Any, source: Any) -> None:
+    def __init__(self, obj: Any, source: Any, tool: Any) -> None:
         self._result, self._source = obj.ViewObject, source.ViewObject
+        self._tool = None if tool is None else tool.ViewObject
         self._before = (self._result.Visibility, self._source.Visibility)
         self._transparency = getattr(self._source, "Transparency", None)
         self._result.Visibility, self._source.Visibility = False, True
@@ -234,5 +235,7 @@ class _Seen:
         self._result.Visibility, self._source.Visibility = self._before
 
     def show_result(self) -> None:
-        """Show the result in place of its source."""
+        """Show the result in place of what it is made of."""
         self._result.Visibility, self._source.Visibility = True, False
+        if self._tool is not None:
+            self._tool.Visibility = False

@@ -35,6 +35,11 @@ def memory_limit() -> float:
     return float(_group().GetFloat("MemoryLimit", 0.0))
 
 
+def limits() -> dict[str, float | int | None]:
+    """Options of every Request: threads, and the bytes that one operation may take."""
+    return {"threads": threads() or None, "memory_limit": memory_limit() * 2**30 or None}
+
+
 def preview() -> bool:
     """Whether the task panel shows a coarse preview by itself."""
     return bool(_group().GetBool("Preview", True))

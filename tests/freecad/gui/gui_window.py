@@ -12,6 +12,7 @@ from typing import Any
 import FreeCAD as App
 import FreeCADGui as Gui
 import pytest
+from freecad.cad_implicit_wb import preferences
 from freecad.cad_implicit_wb.qt import QtCore, QtGui, QtWidgets
 
 #: Screenshots for the README; others go into a temporary folder, or where CAD_IMPLICIT_SHOTS says.
@@ -97,6 +98,7 @@ class Window:
 def window(tmp_path: Path, document: Any) -> Iterator[Window]:
     """FreeCAD's window with the workbench open and an empty document."""
     Gui.activateWorkbench("ImplicitWorkbench")
+    App.ParamGet(preferences.GROUP).SetBool("Preview", True)
     App.ParamGet("User parameter:BaseApp/Preferences/View").SetBool("Gradient", False)
     App.ParamGet("User parameter:BaseApp/Preferences/View").SetBool("Simple", True)
     App.ParamGet("User parameter:BaseApp/Preferences/View").SetUnsigned("BackgroundColor", 0xF4F6F8FF)

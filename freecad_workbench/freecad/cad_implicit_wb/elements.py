@@ -14,6 +14,9 @@ from .selection import whole
 #: Rows of the list that are seen at once; more are scrolled.
 _ROWS = 5
 
+#: Pixels of a row with an input in it, and of the head with the frame.
+_ROW, _HEAD = 28, 28
+
 
 class ElementList(QtWidgets.QWidget):
     """Edges (or faces) of one object, each edge with its radius where it has one of its own.
@@ -38,7 +41,6 @@ class ElementList(QtWidgets.QWidget):
         heads = [translate("Edge") if "Edge" in kinds else translate("Face")]
         self.tree.setHeaderLabels([*heads, translate("Own radius")] if radii else heads)
         self.tree.setColumnWidth(0, 80)
-        self.tree.setMaximumHeight(_ROWS * 24 + 30)
         self.tree.setSelectionMode(QtWidgets.QAbstractItemView.ExtendedSelection)
         self.hint = QtWidgets.QLabel()
         self.hint.setWordWrap(True)
@@ -93,6 +95,7 @@ class ElementList(QtWidgets.QWidget):
         self.hint.setText(self._hint())
         self.remove.setVisible(bool(self._names))
         self.tree.setVisible(bool(self._names))
+        self.tree.setFixedHeight(_HEAD + _ROW * min(len(self._names), _ROWS))
 
     def _hint(self) -> str:
         if "Edge" not in self._kinds:

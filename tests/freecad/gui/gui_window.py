@@ -141,6 +141,10 @@ class Gaps:
         self._timer.stop()
         tell(f"{self._what}: largest gap of the window {self.largest * 1000:.0f} ms")
 
+    def forgive(self) -> None:
+        """Leave out what happened since the timer fired last, as screenshots do."""
+        self._last = time.perf_counter()
+
     def _fired(self) -> None:
         now = time.perf_counter()
         self.largest, self._last = max(self.largest, now - self._last), now

@@ -13,6 +13,7 @@ import Part
 import pytest
 from freecad.cad_implicit_wb import convert, making
 from freecad.cad_implicit_wb.errors import WorkbenchError
+from freecad_parts import rounded
 
 pytestmark = pytest.mark.freecad
 
@@ -72,6 +73,24 @@ def test_solids_are_written_exactly(document: Any, tmp_path: Path, suffix: str) 
     shape = Part.read(str(path))
     assert shape.Volume == pytest.approx(4 / 3 * math.pi * 1000, rel=1e-9)
     assert shape.Solids[0].CenterOfMass.isEqual(TILTED.Base, 1e-6)
+
+
+def test_a_solid_of_a_mesh_depends_on_nothing(document: Any, tmp_path: Path) -> None:
+    obj = rounded_block(document)
+    cost = convert.cost(obj)
+    assert cost.faces == obj.Mesh.CountFacets
+    assert cost.seconds > 0
+    assert cost.bytes > 1000 * cost.faces
+    solid = convert.to_solid(obj)
+    assert solid.Shape.ShapeType == "Solid"
+    assert solid.Shape.isValid()
+    assert solid.OutList == []
+    assert solid.Shape.Volume == pytest.approx(obj.Mesh.Volume, rel=1e-5)
+    assert 0.99 * rounded(SIDES, 2.0) < solid.Shape.Volume < rounded(SIDES, 2.0)
+    assert len(solid.Shape.Faces) < cost.faces
+    assert solid.Shape.CenterOfMass.isEqual(TILTED.multVec(App.Vector(*SIDES) / 2), 1e-2)
+    convert.export(obj, tmp_path / "block.step")
+    assert Part.read(str(tmp_path / "block.step")).Volume == pytest.approx(solid.Shape.Volume, rel=1e-6)
 
 
 def test_what_cannot_be_written_is_told(document: Any, tmp_path: Path) -> None:

@@ -19,9 +19,12 @@ FOLDER = WORKBENCH / "resources" / "translations"
 CONTEXT = "cad_implicit"
 LANGUAGES = ("de", "fr")
 
+#: Functions whose literals are translated.
+_CALLS = ("translate", "marked")
+
 
 def literals(path: Path) -> list[str]:
-    """Return the texts that a module gives to ``translate``.
+    """Return the texts that a module gives to ``translate`` or ``marked``.
 
     Raises
     ------
@@ -30,10 +33,10 @@ def literals(path: Path) -> list[str]:
     """
     found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "translate":
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _CALLS:
             text = node.args[0]
             if not (isinstance(text, ast.Constant) and isinstance(text.value, str)):
-                raise ValueError(f"{path}:{node.lineno}: translate() takes a literal")
+                raise ValueError(f"{path}:{node.lineno}: {node.func.id}() takes a literal")
             found.append(text.value)
     return found
 

@@ -25,11 +25,17 @@ SCALE = np.array(
 )
 
 
+#: What is not known is grey.
+_UNKNOWN = (0.6, 0.6, 0.6)
+
+
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
-    """Colours (N, 3) of values (N,) on the scale from 0 to ``largest``."""
-    places = np.clip(values / largest if largest > 0 else np.zeros_like(values), 0, 1)
+    """Colours (N, 3) of values (N,) on the scale from 0 to ``largest``; NaN is grey."""
+    known = np.isfinite(values)
+    places = np.clip(np.where(known, values, 0) / (largest or 1.0), 0, 1)
     stops = np.linspace(0, 1, len(SCALE))
-    return np.stack([np.interp(places, stops, SCALE[:, i]) for i in range(3)], axis=1)
+    colours = np.stack([np.interp(places, stops, SCALE[:, i]) for i in range(3)], axis=1)
+    return np.where(known[:, None], colours, _UNKNOWN)
 
 
 def mesh_node(vertices: np.ndarray, faces: np.ndarray, colours: np.ndarray | None = None) -> coin.SoSeparator:

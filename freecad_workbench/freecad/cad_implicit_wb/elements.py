@@ -105,7 +105,7 @@ class ElementList(QtWidgets.QWidget):
         return translate("All edges. Click edges in the 3-D view to work on those only.")
 
     def _radius_box(self, name: str) -> Any:
-        box = quantity_box(self._own.get(name, 0.0), lambda: self._take(name, float(box.property("rawValue"))))
+        box = quantity_box(self._own.get(name, 0.0), lambda value: self._take(name, value))
         box.setToolTip(translate("Radius of this edge; 0: the one for all."))
         return box
 

@@ -64,7 +64,7 @@ class ErrorColours:
         largest = float(np.quantile(known, _LARGEST_SHARE))
         view = Gui.getDocument(obj.Document.Name).ActiveView
         self._overlay = Overlay(view, obj.Placement)
-        self._overlay.preview(answer.vertices, answer.faces, colours_of(np.nan_to_num(error), largest))
+        self._overlay.preview(answer.vertices, answer.faces, colours_of(error, largest))
         self._bar = ColourBar(view.graphicsView(), obj.Label)
         self._bar.show_scale(translate("self-checked error"), largest, answer.error_bound)
         self._view.Visibility = False

@@ -13,16 +13,24 @@ from .wording import choice_in_words, label_of, tip_of
 
 Changed = Callable[[], None]
 
+#: Times that a new input is made before giving up.
+_TRIES = 5
 
-def quantity_box(value: float, changed: Changed, *, signed: bool = False) -> Any:
+
+def quantity_box(value: float, changed: Callable[[float], None], *, signed: bool = False) -> Any:
     """Return FreeCAD's own input for a length in mm; it understands units and formulas, ``=`` opens expressions."""
-    box = Gui.UiLoader().createWidget("Gui::QuantitySpinBox")
-    box.setProperty("unit", "mm")
+    for _ in range(_TRIES):
+        box = Gui.UiLoader().createWidget("Gui::QuantitySpinBox")
+        try:
+            box.setProperty("unit", "mm")
+            break
+        except RuntimeError:  # PySide took it for one that was deleted, and lay at the same address
+            continue
     if not signed:
         box.setProperty("minimum", 0.0)
     box.setProperty("singleStep", 0.1)
     box.setProperty("rawValue", float(value))
-    QtCore.QObject.connect(box, QtCore.SIGNAL("valueChanged(double)"), lambda *_: changed())
+    QtCore.QObject.connect(box, QtCore.SIGNAL("valueChanged(double)"), changed)
     return box
 
 
@@ -40,8 +48,8 @@ class LengthField:
         """What stands in the box, in mm."""
         return float(self.widget.property("rawValue"))
 
-    def _take(self) -> None:
-        setattr(self._obj, self._name, App.Units.Quantity(self.value, App.Units.Length))
+    def _take(self, value: float) -> None:
+        setattr(self._obj, self._name, App.Units.Quantity(value, App.Units.Length))
         self._changed()
 
 

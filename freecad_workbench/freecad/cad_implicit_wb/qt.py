@@ -19,6 +19,7 @@ __all__ = [
     "QtGui",
     "QtWidgets",
     "icon",
+    "marked",
     "run_dialog",
     "translate",
     "translate_collected",
@@ -34,6 +35,11 @@ CONTEXT = "cad_implicit"
 def translate(text: str) -> str:
     """Return the text in the user's language. Call it with a literal: ``translations.py`` collects those."""
     return str(App.Qt.translate(CONTEXT, text))
+
+
+def marked(text: str) -> str:
+    """Mark a literal for ``translations.py``; it is translated where it is shown, by :func:`translate_collected`."""
+    return text
 
 
 def translate_collected(text: str) -> str:

@@ -19,6 +19,7 @@ from .qt import QtCore, QtGui, QtWidgets, translate
 _PROGRAM = """
 import json, sys
 sys.path[:] = json.loads(sys.argv.pop(1))
+import FreeCAD, Part
 from cad_implicit.cli import main
 main()
 """

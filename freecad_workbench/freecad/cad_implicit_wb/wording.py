@@ -2,53 +2,53 @@
 
 from __future__ import annotations
 
-from .qt import translate, translate_collected
+from .qt import marked, translate, translate_collected
 
 _LABELS = {
-    "Radius": translate("Radius"),
-    "Length": translate("Length"),
-    "Length2": translate("Second length"),
-    "Distance": translate("Distance"),
-    "Thickness": translate("Thickness"),
-    "Direction": translate("Wall lies"),
-    "Wall": translate("Walls of the lattice"),
-    "Cell": translate("Cell size"),
-    "Skin": translate("Skin"),
-    "Kind": translate("Kind"),
-    "Tangent": translate("Follow smooth edges"),
-    "ExactFirst": translate("FreeCAD's kernel first"),
-    "Engine": translate("Engine"),
-    "Tolerance": translate("Tolerance"),
-    "Spacing": translate("Grid spacing"),
-    "Force": translate("Force"),
+    "Radius": marked("Radius"),
+    "Length": marked("Length"),
+    "Length2": marked("Second length"),
+    "Distance": marked("Distance"),
+    "Thickness": marked("Thickness"),
+    "Direction": marked("Wall lies"),
+    "Wall": marked("Walls of the lattice"),
+    "Cell": marked("Cell size"),
+    "Skin": marked("Skin"),
+    "Kind": marked("Kind"),
+    "Tangent": marked("Follow smooth edges"),
+    "ExactFirst": marked("FreeCAD's kernel first"),
+    "Engine": marked("Engine"),
+    "Tolerance": marked("Tolerance"),
+    "Spacing": marked("Grid spacing"),
+    "Force": marked("Force"),
 }
 
 _CHOICES = {
-    "exact": translate("exact distance"),
-    "reinit": translate("regular grid"),
-    "inward": translate("inside"),
-    "outward": translate("outside"),
-    "both": translate("on both sides"),
-    "union": translate("union"),
-    "difference": translate("difference"),
-    "intersection": translate("intersection"),
+    "exact": marked("exact distance"),
+    "reinit": marked("regular grid"),
+    "inward": marked("inside"),
+    "outward": marked("outside"),
+    "both": marked("on both sides"),
+    "union": marked("union"),
+    "difference": marked("difference"),
+    "intersection": marked("intersection"),
 }
 
 _STAGES = {
-    "waiting": translate("Waiting for another computation …"),
-    "starting": translate("Starting the computing process …"),
-    "compiling": translate("First use: compiling for this computer (once) …"),
-    "read": translate("Reading the part …"),
-    "mesh": translate("Meshing …"),
-    "contour": translate("Building the surface …"),
-    "check": translate("Checking …"),
-    "solid": translate("Building the solid …"),
+    "waiting": marked("Waiting for another computation …"),
+    "starting": marked("Starting the computing process …"),
+    "compiling": marked("First use: compiling for this computer (once) …"),
+    "read": marked("Reading the part …"),
+    "mesh": marked("Meshing …"),
+    "contour": marked("Building the surface …"),
+    "check": marked("Checking …"),
+    "solid": marked("Building the solid …"),
 }
 
 
 def label_of(name: str) -> str:
     """Label of a property."""
-    return _LABELS[name]
+    return translate_collected(_LABELS[name])
 
 
 def tip_of(text: str) -> str:
@@ -58,9 +58,9 @@ def tip_of(text: str) -> str:
 
 def choice_in_words(key: str) -> str:
     """Name of a choice; lattices are called as they are everywhere."""
-    return _CHOICES.get(key, key.replace("_", " "))
+    return translate_collected(_CHOICES[key]) if key in _CHOICES else key.replace("_", " ")
 
 
 def stage_in_words(stage: str) -> str:
     """Return a stage of the computation in words."""
-    return _STAGES.get(stage, translate("Computing ({}) …").format(stage))
+    return translate_collected(_STAGES[stage]) if stage in _STAGES else translate("Computing ({}) …").format(stage)

@@ -126,28 +126,31 @@ class Gaps:
     """The longest pause of the window's event loop, seen by a timer that should fire every 10 ms."""
 
     def __init__(self, what: str) -> None:
-        self.largest, self._what, self._last = 0.0, what, time.perf_counter()
+        self.largest, self.busy, self._what = 0.0, 0.0, what
+        self._last, self._used = time.perf_counter(), time.thread_time()
         self._timer = QtCore.QTimer()
         self._timer.setInterval(10)
         self._timer.setTimerType(QtCore.Qt.PreciseTimer)
         self._timer.timeout.connect(self._fired)
 
     def __enter__(self) -> Gaps:
-        self._last = time.perf_counter()
+        self.forgive()
         self._timer.start()
         return self
 
     def __exit__(self, *_: Any) -> None:
         self._timer.stop()
-        tell(f"{self._what}: largest gap of the window {self.largest * 1000:.0f} ms")
+        busy = f"at most {self.busy * 1000:.0f} ms of its own work between two events"
+        tell(f"{self._what}: largest gap of the window {self.largest * 1000:.0f} ms; {busy}")
 
     def forgive(self) -> None:
         """Leave out what happened since the timer fired last, as screenshots do."""
-        self._last = time.perf_counter()
+        self._last, self._used = time.perf_counter(), time.thread_time()
 
     def _fired(self) -> None:
-        now = time.perf_counter()
-        self.largest, self._last = max(self.largest, now - self._last), now
+        now, used = time.perf_counter(), time.thread_time()
+        self.largest, self.busy = max(self.largest, now - self._last), max(self.busy, used - self._used)
+        self._last, self._used = now, used
 
 
 def tell(text: str) -> None:

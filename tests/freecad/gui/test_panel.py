@@ -13,7 +13,8 @@ import FreeCADGui as Gui
 import Mesh
 import pytest
 from freecad.cad_implicit_wb import client, preferences
-from freecad.cad_implicit_wb.qt import QtCore, QtWidgets
+from freecad.cad_implicit_wb.qt import QtCore, QtWidgets, translate
+from freecad.cad_implicit_wb.wording import label_of
 from gui_window import Gaps, closed, panel, tell
 
 SIDES = (20.3, 14.7, 9.1)
@@ -272,8 +273,6 @@ def test_limits_of_the_preferences_reach_the_computation(window: Any, document: 
 
 @pytest.mark.parametrize("language", ["German", "French"])
 def test_panel_in_other_languages_fits_the_dock(window: Any, document: Any, language: str) -> None:
-    from freecad.cad_implicit_wb.qt import translate
-
     before = Gui.getLocale()
     try:
         Gui.setLocale(language)
@@ -284,6 +283,7 @@ def test_panel_in_other_languages_fits_the_dock(window: Any, document: Any, lang
         form.arrow.setChecked(True)
         window.pump(0.5)
         window.shot(f"panel_{language}", keep=False)
+        assert label_of("Thickness") == {"German": "Wandstärke", "French": "Épaisseur"}[language]
         assert form.minimumSizeHint().width() <= 266
         window.cancel()
     finally:

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from .booleans import Boolean
 from .dual import dual_contour
-from .errors import EmptyResultError, GeometryWarning, SpacingError
+from .errors import EmptyResultError, GeometryWarning, SpacingError, tell
 from .exact import surface_of
 from .field import Field
 from .implicit import Implicit, polished
 from .local_blend import LocalBlend, is_sound
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .simplifying import has_manifold
 from .sizing import check_bounded
 from .transforms import Placed
 
@@ -32,6 +33,13 @@ _NODE_CLEARANCE = 1e-4
 #: The tables of the marching cubes leave a hole where two diagonals of a face tie (5 % of random whole numbers, 0.03 %
 #: of random fields). Values changed by a share of the clearance break the tie; after this many tries another method.
 _TRIES = 4
+
+
+#: What is told where blends cannot be joined to the part's own triangles.
+_NOT_JOINED = (
+    "manifold3d is not installed, so all of the part was contoured anew, not only its blends, and a solid of it has "
+    "plane facets: pip install manifold3d"
+)
 
 
 def contour(
@@ -49,7 +57,8 @@ def contour(
         In 3-D. A Field is contoured on its own grid by marching cubes (Lewiner et al. 2003,
         DOI 10.1080/10867651.2003.10487582), anything else by dual contouring. Where the shape runs into the border of
         its grid or bounds it is closed there, a Field with a GeometryWarning. A LocalBlend at its own spacing gives its
-        :meth:`~cad_implicit.LocalBlend.mesh`, unless the part leaks or overlaps itself.
+        :meth:`~cad_implicit.LocalBlend.mesh`, unless the part leaks or overlaps itself, or manifold3d is not installed
+        (with a GeometryWarning). Without scikit-image Fields, too, are contoured by dual contouring.
     spacing : float, optional
         Width of the cells in mm; by default the one that the shape was made with. Not for a Field.
     threads : int, optional
@@ -78,7 +87,9 @@ def contour(
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
     if isinstance(shape, LocalBlend) and h == shape.spacing and is_sound(shape.parent):
-        return shape.mesh(threads=threads, progress=progress)
+        if has_manifold():
+            return shape.mesh(threads=threads, progress=progress)
+        tell(_NOT_JOINED)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
@@ -96,9 +107,11 @@ def _cheapest(shape: Implicit) -> Implicit:
 
 
 def _marching_cubes(field: Field) -> Mesh:
-    from skimage.measure import marching_cubes
-
     values, padding = _prepared(field)
+    try:
+        from skimage.measure import marching_cubes
+    except ImportError:  # some hosts come without it
+        return dual_contour(field, min(field.grid.spacing))
     rng = np.random.default_rng(0)
     for _ in range(_TRIES):
         vertices, faces, _, _ = marching_cubes(values, 0.0, gradient_direction="ascent")

@@ -20,6 +20,7 @@ from .mesh import Mesh
 from .outcome import Clock, Outcome, crossings, leaks, plain, repairs
 from .parallel import Progress, no_progress
 from .rails import Radius
+from .simplifying import has_manifold
 from .simplifying import simplify as simplified
 
 #: A result whose volume is that share of the part's away from it is refused unless forced.
@@ -74,7 +75,7 @@ def run_local(
             leak = leaks(before, force=True)
         if leak:
             leak.append("all of the part was contoured anew, not only its blends")
-        area = strip_area(result.choices) if is_sound(result.parent) else before.area
+        area = strip_area(result.choices) if is_sound(result.parent) and has_manifold() else before.area
         sizing.check_triangles(area, result.spacing, force=force)
         with clock.stage("contour"):
             mesh = contour(result, threads=threads, progress=progress)

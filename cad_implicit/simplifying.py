@@ -9,6 +9,15 @@ from .mesh import Mesh
 from .sizing import positive
 
 
+def has_manifold() -> bool:
+    """Whether manifold3d is installed; some hosts come without it."""
+    try:
+        import manifold3d  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
 def simplify(mesh: Mesh, tolerance: float) -> Mesh:
     """Collapse edges of a closed mesh as long as no surface moves by more than a tolerance.
 

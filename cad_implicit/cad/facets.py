@@ -102,9 +102,11 @@ def facets(mesh: Mesh) -> Any:
 
 
 def _simplified(mesh: Mesh) -> Mesh:
-    """Mesh with fewer triangles and no tiny ones; the same mesh where it is not manifold."""
-    from manifold3d import Error, Manifold, Mesh64
-
+    """Mesh with fewer triangles and no tiny ones; the same mesh where it is not manifold, or without manifold3d."""
+    try:
+        from manifold3d import Error, Manifold, Mesh64
+    except ImportError:
+        return mesh
     body = Manifold(Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
         return mesh

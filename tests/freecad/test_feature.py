@@ -12,11 +12,12 @@ from typing import Any
 import FreeCAD as App
 import Part
 import pytest
-from freecad.cad_implicit_wb import making, references
+from freecad.cad_implicit_wb import child, client, feature, making, references
 from freecad_parts import rounded, same_place
 
 pytestmark = pytest.mark.freecad
 
+ROOT = Path(__file__).parents[2]
 TILTED = App.Placement(App.Vector(3, -2, 7), App.Rotation(App.Vector(1, 2, 3), 33))
 
 
@@ -181,10 +182,10 @@ def test_copies_live_on_their_own(document: Any) -> None:
     copy = document.copyObject(obj, False)
     copy.Radius = 1.0
     document.recompute()
-    for feature, radius in ((obj, 2.0), (copy, 1.0)):
-        assert feature.isValid()
+    for one, radius in ((obj, 2.0), (copy, 1.0)):
+        assert one.isValid()
         truth = exact_fillet(part.Shape, [ring(part.Shape)], radius)
-        assert feature.Shape.Volume == pytest.approx(truth.Volume, rel=2e-6)
+        assert one.Shape.Volume == pytest.approx(truth.Volume, rel=2e-6)
     whole = document.copyObject(obj, True)  # with all that it depends on
     document.recompute()
     assert whole.Base[0] is not part
@@ -416,3 +417,82 @@ def test_a_boolean_of_solids_and_with_a_fillet(document: Any) -> None:
     area = (1 - math.pi / 4) * 1.5**2
     centroid = 3 + 1.5 * (5 / 6 - math.pi / 4) / (1 - math.pi / 4)
     assert blended.Mesh.Volume == pytest.approx(volume + 2 * math.pi * centroid * area, rel=3e-4)
+
+
+def test_within_freecads_own_program(document: Any, tmp_path: Path) -> None:
+    part, _ = bossed(document)
+    truth = exact_fillet(part.Shape, [ring(part.Shape)], 2.0).Volume
+    path, script = tmp_path / "boss.FCStd", tmp_path / "inside.py"
+    document.saveAs(str(path))
+    lines = (
+        "import FreeCAD as App",
+        "from freecad.cad_implicit_wb import making, client",
+        f"document = App.openDocument({str(path)!r})",
+        f"obj = making.make(document, 'fillet', document.Part, [{ring(part.Shape)!r}], Radius=2.0)",
+        "document.recompute()",
+        "print('volume', obj.isValid() and repr(obj.Shape.Volume), obj.getStatusString())",
+        "client.shutdown()",
+    )
+    script.write_text("\n".join(lines))
+    folders = [p for p in sys.path if p.endswith(("freecad_workbench", "site-packages", str(ROOT)))]
+    command = ["freecadcmd", *(word for folder in folders for word in ("-P", folder)), str(script)]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert float(done.stdout.split("volume ")[1].split()[0]) == pytest.approx(truth, rel=2e-6), done.stdout
+
+
+def test_without_the_packages_that_the_addon_manager_does_not_know(
+    document: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("manifold3d", "skimage"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('not installed')")
+    client.shutdown()
+    folders = child.search_path()
+    monkeypatch.setattr(child, "search_path", lambda: [str(tmp_path), *folders])
+    try:
+        plate = box(document, 20, 15, 10)
+        local = made(document, "fillet", plate, upright(plate.Shape), Radius=2.0)
+        assert local.Shape.Volume == pytest.approx(3000 - 4 * (1 - math.pi / 4) * 4 * 10, rel=1e-3)
+        assert any("manifold3d is not installed" in note for note in local.Warnings)
+        whole = made(document, "offset", plate, Distance=1.0, Spacing=0.5)
+        assert 0.998 * rounded((22, 17, 12), 1.0) < whole.Shape.Volume < rounded((22, 17, 12), 1.0)
+        mesh = made(document, "shell", plate, Thickness=1.0, result="Mesh")
+        assert mesh.Mesh.Volume == pytest.approx(3000 - 18 * 13 * 8, rel=1e-3)
+        grid = made(document, "offset", plate, Distance=1.0, Spacing=0.5, Engine="reinit", result="Mesh")
+        off = abs(grid.Mesh.Volume - rounded((22, 17, 12), 1.0))
+        assert off < grid.ErrorBound.Value * grid.Mesh.Area
+    finally:
+        client.shutdown()
+
+
+def test_cancel_keeps_the_last_good_shape(document: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    plate = box(document, 20, 15, 10)
+    obj = made(document, "fillet", plate, upright(plate.Shape), Radius=2.0)
+    volume = obj.Shape.Volume
+    labels = []
+
+    def cancelled(task: client.Task, label: str) -> None:
+        labels.append(label)
+        task.cancel()
+
+    monkeypatch.setattr(feature, "waiting", cancelled)
+    obj.Radius = 3.0
+    document.recompute()
+    assert labels == [obj.Label]
+    assert not obj.isValid()
+    assert "cancelled" in obj.getStatusString()
+    assert obj.Shape.Volume == volume
+    assert obj.Stale
+    monkeypatch.setattr(feature, "waiting", None)
+    document.recompute()
+    assert obj.Shape.Volume == pytest.approx(3000 - 4 * (1 - math.pi / 4) * 9 * 10, rel=1e-6)
+
+
+def test_a_part_group_places_source_and_result_together(document: Any) -> None:
+    group = document.addObject("App::Part", "Group")
+    plate = box(document, 20, 15, 10)
+    group.addObject(plate)
+    group.Placement = TILTED
+    obj = made(document, "fillet", plate, upright(plate.Shape), Radius=2.0)
+    assert obj.getParentGeoFeatureGroup() is group
+    assert obj.Placement.isIdentity()
+    assert obj.Shape.BoundBox.Center.isEqual(App.Vector(10, 7.5, 5), 1e-6)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -14,7 +15,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from .cad import INPUT_EXTENSIONS, save
-from .errors import CadImplicitError, FileFormatError
+from .cad.files import sweep
+from .errors import CadImplicitError, ClusterError, FileFormatError
 from .job import run
 from .parallel import Progress, no_progress
 
@@ -24,6 +26,9 @@ LEDGER = "batch.jsonl"
 #: Tries for a part whose process was killed.
 _TRIES = 2
 
+#: Seconds between two looks at progress, and until a scheduler must have answered.
+_LOOK, _CONNECT = 0.2, 10.0
+
 
 @dataclass(frozen=True)
 class Item:
@@ -31,6 +36,10 @@ class Item:
 
     part: Path
     output: Path
+
+
+#: A part, and what became of it.
+_Found = tuple[Item, dict[str, Any]]
 
 
 def items(parts: Sequence[Path], folder: Path, suffix: str) -> list[Item]:
@@ -71,6 +80,7 @@ def run_batch(
     amount: float | None,
     *,
     workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress = no_progress,
     **options: Any,
 ) -> Iterator[dict[str, Any]]:
@@ -88,44 +98,103 @@ def run_batch(
         As for :func:`cad_implicit.run`.
     workers : int, optional
         Processes; by default as many as cores.
+    scheduler : str, optional
+        Address (``tcp://…``) of a scheduler of dask.distributed whose workers do the work instead, and see the same
+        files. How often a part is tried whose worker is killed, the scheduler is set to.
     progress : callable
         Called as ``progress("parts", fraction)``; may raise to cancel: parts that are being worked on leave nothing.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler does not answer.
     """
     folder.mkdir(parents=True, exist_ok=True)
     ledger = folder / LEDGER
     known = _known(ledger)
     task = {"operation": operation, "amount": amount, **options}
     count = max(1, min(workers or os.cpu_count() or 1, len(chosen)))
-    waiting: SimpleQueue[Item] = SimpleQueue()
-    news: SimpleQueue[dict[str, Any]] = SimpleQueue()
-    total = len(chosen)
-    done = 0
+    todo = []
     for item in chosen:
         before = known.get(str(item.output))
         if before is not None and before["stamp"] == _stamp(item, task) and item.output.exists():
-            done += 1
             yield {**before, "resumed": True}
         else:
-            waiting.put(item)
+            sweep(item.output)
+            todo.append(item)
+    done = len(chosen) - len(todo)
+    rows = _on_cluster(todo, task, scheduler) if scheduler else _in_processes(todo, task, count)
+    with ledger.open("a", encoding="utf-8") as out, closing(rows):
+        for found in rows:
+            progress("parts", done / len(chosen))
+            if found is None:
+                continue
+            item, row = found
+            row = {"input": str(item.part), "output": str(item.output), "stamp": _stamp(item, task), **row}
+            done += 1
+            out.write(json.dumps(row) + "\n")
+            out.flush()
+            yield row
+    progress("parts", 1.0)
+
+
+def _in_processes(todo: Sequence[Item], task: dict[str, Any], count: int) -> Generator[_Found | None]:
+    """Work on parts in processes of this machine; None is a moment to look up."""
+    waiting: SimpleQueue[Item] = SimpleQueue()
+    news: SimpleQueue[_Found] = SimpleQueue()
+    for item in todo:
+        waiting.put(item)
     stop: list[bool] = []
-    with ledger.open("a", encoding="utf-8") as out, ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(count) as pool:
         threads = [pool.submit(_serve, waiting, news, task, stop) for _ in range(count)]
         try:
-            while done < total:
-                progress("parts", done / total)
+            left = len(todo)
+            while left:
                 try:
-                    row = news.get(timeout=0.2)
+                    yield news.get(timeout=_LOOK)
+                    left -= 1
                 except Empty:
-                    continue
-                done += 1
-                out.write(json.dumps(row) + "\n")
-                out.flush()
-                yield row
+                    yield None
         finally:
             stop.append(True)
             for thread in threads:
                 thread.cancel()
-    progress("parts", 1.0)
+
+
+def _on_cluster(todo: Sequence[Item], task: dict[str, Any], address: str) -> Generator[_Found | None]:
+    """Work on parts on a cluster whose machines see the same files; None is a moment to look up.
+
+    Raises
+    ------
+    ClusterError
+        If there is no scheduler at the address, or it is lost.
+    """
+    try:
+        from distributed import Client, KilledWorker, wait
+    except ImportError:
+        raise ClusterError('a cluster needs dask.distributed: pip install "cad_implicit[cluster]"') from None
+    try:
+        client = Client(address, timeout=_CONNECT)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"no scheduler answers at {address} ({error}); start one with: dask scheduler") from None
+    with client:
+        futures = {client.submit(_perform, item, task, pure=False): item for item in todo}
+        try:
+            while futures:
+                try:
+                    ready = wait(list(futures), timeout=_LOOK, return_when="FIRST_COMPLETED").done
+                except TimeoutError:
+                    yield None
+                    continue
+                for future in ready:
+                    item = futures.pop(future)
+                    try:
+                        row = future.result()
+                    except KilledWorker as error:
+                        row = {"fate": "killed", "message": f"its workers ended without an answer: {error}"[:300]}
+                    yield item, row
+        finally:
+            client.cancel(list(futures))
 
 
 def _known(ledger: Path) -> dict[str, dict[str, Any]]:
@@ -152,9 +221,7 @@ def _stamp(item: Item, task: dict[str, Any]) -> list[Any]:
     return [str(item.part.resolve()), state.st_size, state.st_mtime_ns, json.dumps(task, sort_keys=True, default=str)]
 
 
-def _serve(
-    waiting: SimpleQueue[Item], news: SimpleQueue[dict[str, Any]], task: dict[str, Any], stop: list[bool]
-) -> None:
+def _serve(waiting: SimpleQueue[Item], news: SimpleQueue[_Found], task: dict[str, Any], stop: list[bool]) -> None:
     """Work on parts until none is left, in a process that is started anew when it dies."""
     pool: ProcessPoolExecutor | None = None
     while not stop:
@@ -173,7 +240,7 @@ def _serve(
                 row = {"fate": "killed", "message": f"its process ended {number} times without an answer"}
                 if stop:
                     return
-        news.put({"input": str(item.part), "output": str(item.output), "stamp": _stamp(item, task), **row})
+        news.put((item, row))
     if pool is not None:
         pool.shutdown()
 

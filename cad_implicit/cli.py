@@ -316,6 +316,12 @@ def batch(
     edges: Chosen = None,
     suffix: Annotated[str, typer.Option(metavar="S", help="Kind of the results.")] = ".stl",
     workers: Annotated[int | None, typer.Option(min=1, metavar="N", help="Processes; default: all cores.")] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://…", help="Scheduler of a dask cluster to work on, whose workers see the same files."
+        ),
+    ] = None,
     spacing: Spacing = None,
     tolerance: Tolerance = None,
     engine: Engine = "exact",
@@ -332,7 +338,8 @@ def batch(
         raise typer.BadParameter("give a radius, or a distance, thickness or length", param_hint="-r")
     work_on_all(
         parts, operation, distance if radius is None else radius, output, suffix, quiet=quiet, json=json,
-        workers=workers, edges=edges, spacing=spacing, tolerance=tolerance, engine=engine, force=force,
+        workers=workers, scheduler=scheduler, edges=edges, spacing=spacing, tolerance=tolerance, engine=engine,
+        force=force,
     )  # fmt: skip
 
 

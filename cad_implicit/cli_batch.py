@@ -13,7 +13,7 @@ from .cli_work import errors, show
 
 def work_on_all(
     parts: list[Path], operation: str, amount: float | None, folder: Path, suffix: str, *, quiet: bool, json: bool,
-    workers: int | None, **options: Any,
+    workers: int | None, scheduler: str | None, **options: Any,
 ) -> None:  # fmt: skip
     """Work on all parts and tell what happened to each; exit with 1 if one of them failed."""
     with errors(), progress_bar(quiet or json) as progress:
@@ -24,7 +24,8 @@ def work_on_all(
         check_suffix(f"x{suffix}", OUTPUT_EXTENSIONS)
         chosen = items(parts, folder, suffix)
         rows = []
-        for row in run_batch(chosen, folder, operation, amount, workers=workers, progress=progress, **options):
+        where: dict[str, Any] = {"workers": workers, "scheduler": scheduler}
+        for row in run_batch(chosen, folder, operation, amount, **where, progress=progress, **options):
             rows.append(row)
             if not (quiet or json):
                 typer.echo(_line(row))

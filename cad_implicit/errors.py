@@ -71,6 +71,10 @@ class EmptyResultError(CadImplicitError):
     """Nothing is left of the part (an opening deletes whatever is thinner than twice the radius)."""
 
 
+class ClusterError(CadImplicitError):
+    """A cluster cannot be reached, or dask.distributed is not installed."""
+
+
 class GeometryWarning(UserWarning):
     """The result is valid but differs from what a user may expect (lost volume, plugged holes …)."""
 

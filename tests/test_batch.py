@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 
 import cad_implicit as ci
+from cad_implicit import batch
 from cad_implicit.batch import LEDGER, items, run_batch
-from cad_implicit.errors import FileFormatError
+from cad_implicit.errors import ClusterError, FileFormatError
 
 
 @pytest.fixture
@@ -76,3 +78,25 @@ def test_results_of_the_same_name_do_not_meet(tmp_path: Path) -> None:
 def test_nothing_to_do_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match="no part"):
         items([tmp_path], tmp_path / "out", ".stl")
+
+
+def test_a_cluster_gives_the_same_bytes(folder: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    rows([folder], folder.parent / "out")
+    with (
+        warnings.catch_warnings(),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+    ):
+        found = rows([folder], folder.parent / "far", scheduler=cluster.scheduler_address)
+    assert {name: row["fate"] for name, row in found.items()} == {
+        "a.stl": "done", "b.stl": "done", "broken.stl": "failed", "more/a.stl": "done",
+    }  # fmt: skip
+    for name in ("a.stl", "b.stl", "more/a.stl"):
+        assert (folder.parent / "far" / name).read_bytes() == (folder.parent / "out" / name).read_bytes()
+
+
+def test_no_scheduler_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(batch, "_CONNECT", 0.5)
+    with pytest.raises(ClusterError, match="dask scheduler"):
+        rows([folder], folder.parent / "out", scheduler="tcp://127.0.0.1:9")

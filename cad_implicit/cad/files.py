@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import glob
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from shutil import copymode
+from shutil import copymode, rmtree
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -132,6 +133,13 @@ def replacing(path: Path) -> Iterator[Path]:
             os.replace(beside, target)
     except OSError as error:
         raise FileFormatError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def sweep(path: Path) -> None:
+    """Remove what a process that was killed left beside a file that it was about to write."""
+    for left in path.parent.glob(f".{glob.escape(path.stem)}-????????"):
+        if left.is_dir() and all(item.name == path.name for item in left.iterdir()):
+            rmtree(left, ignore_errors=True)
 
 
 def write_mesh(mesh: Mesh, path: Path, kind: str) -> None:

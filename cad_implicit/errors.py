@@ -71,6 +71,10 @@ class EmptyResultError(CadImplicitError):
     """Nothing is left of the part (an opening deletes whatever is thinner than twice the radius)."""
 
 
+class ForkedError(CadImplicitError):
+    """Kernels cannot run in a process that was forked from one in which they ran."""
+
+
 class ClusterError(CadImplicitError):
     """A cluster cannot be reached, or dask.distributed is not installed."""
 

@@ -13,6 +13,8 @@ from functools import cache
 from threading import RLock
 from typing import Any
 
+from .errors import ForkedError
+
 #: Called as ``progress(stage, fraction)`` with fraction in [0, 1]; it may raise to cancel the work.
 Progress = Callable[[str, float], None]
 
@@ -20,6 +22,9 @@ _LOCK = RLock()
 
 #: Number of threads of whoever holds the lock, None if nobody does.
 _running: int | None = None
+
+#: Whether this process is the copy of one whose kernels run on OpenMP, which ends copies that use it.
+_forked = False
 
 #: Fewer items than this are not worth a second thread: starting one on a busy machine takes 2 ms on average (8 ms at
 #: the 95th percentile), the work on them under 1 ms.
@@ -43,8 +48,15 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
     ------
     ValueError
         If ``count`` is less than one.
+    ForkedError
+        In a process that was forked from one in which kernels ran on OpenMP.
     """
     global _running
+    if _forked:
+        raise ForkedError(
+            "this process was forked from one in which kernels ran on OpenMP, which would end it: start processes by "
+            'multiprocessing.get_context("spawn"), or use another threading layer (pip install tbb)'
+        )
     if count is not None and count < 1:
         raise ValueError(f"threads must be at least 1, not {count}")
     with _LOCK:
@@ -62,6 +74,20 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
             _running = outer
             if wanted != before:
                 numba.set_num_threads(before)
+
+
+def _after_fork() -> None:
+    """Note in a forked process on what the kernels of its parent run."""
+    global _forked
+    if _numba.cache_info().currsize:
+        try:
+            _forked = _forked or _numba().threading_layer() == "omp"
+        except ValueError:  # none has run
+            return
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 @cache

@@ -193,3 +193,19 @@ def test_a_later_version_is_refused_and_left_untouched(document: Any, tmp_path: 
     assert obj.Mesh.Volume == pytest.approx(volume, rel=1e-6)
     assert obj.SchemaVersion == feature.SCHEMA_VERSION + 1
     assert not obj.Stale
+
+
+def test_a_link_to_a_mesh(document: Any) -> None:
+    source = block(document)
+    link = document.addObject("App::Link", "Link")
+    link.LinkedObject, link.Placement = source, App.Placement(App.Vector(100, 0, 0), App.Rotation())
+    obj = making.make(document, "offset", link, result="Mesh", Distance=1.0)
+    document.recompute()
+    assert obj.isValid(), obj.getStatusString()
+    a, b, c = SIDES
+    assert obj.Mesh.Volume == pytest.approx(rounded((a + 2, b + 2, c + 2), 1.0), rel=1e-3)
+    assert obj.Mesh.BoundBox.Center.distanceToPoint(App.Vector(100, 0, 0) + App.Vector(a, b, c) / 2) < 0.01
+    link.LinkTransform = True
+    document.recompute()
+    middle = App.Vector(100, 0, 0) + TILTED.multVec(App.Vector(a, b, c) / 2)
+    assert obj.Mesh.BoundBox.Center.distanceToPoint(middle) < 0.01

@@ -61,6 +61,7 @@ class Child:
         raise WorkbenchError("no process for computing could be started:\n" + "\n".join(said))
 
     def _start(self, command: list[str]) -> None:
+        self._killed = False
         self._words: collections.deque[str] = collections.deque(maxlen=_LAST_WORDS)
         flags = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
         self._process = subprocess.Popen(
@@ -79,8 +80,8 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        """Whether it still runs."""
-        return self._process.poll() is None
+        """Whether it still runs, and goes on to."""
+        return not self._killed and self._process.poll() is None
 
     def send(self, *message: Any) -> None:
         """Send a message; BrokenPipeError if the child is gone."""
@@ -93,6 +94,7 @@ class Child:
 
     def kill(self) -> None:
         """End it now."""
+        self._killed = True
         self._process.kill()
 
     def last_words(self) -> str:

@@ -166,6 +166,7 @@ class Task:
         self._news: queue.Queue[tuple[Any, ...]] = queue.Queue()
         self._cancelled, self._compiled = threading.Event(), False
         self._child: Child | None = None
+        self._handing = threading.Lock()
         self._outcome: Answer | WorkbenchError | None = None
         threading.Thread(target=self._work, daemon=True).start()
 
@@ -288,14 +289,15 @@ class Task:
                     return {**rest[0], "seconds": time.monotonic() - start}
                 else:
                     raise (CancelledError if rest[0] == "cancelled" else WorkbenchError)(rest[1])
-        except (EOFError, OSError):
+        except (EOFError, OSError, ValueError):  # the last if its streams are closed already
             words = child.last_words()
             _forget(child)
             if limit and time.monotonic() - start >= limit:
                 raise WorkbenchError(f"no answer within {limit:g} s") from None
             raise WorkbenchError(_DIED.format(words)) from None
         finally:
-            self._child = None
+            with self._handing:
+                self._child = None
             if timer:
                 timer.cancel()
 
@@ -306,13 +308,14 @@ class Task:
             return
         try:
             child.send("cancel", self._number)
-        except OSError:
+        except (OSError, ValueError):
             return
         end = time.monotonic() + GRACE
         while self._child is child and time.monotonic() < end:
             time.sleep(0.01)
-        if self._child is child:
-            child.kill()
+        with self._handing:
+            if self._child is child:  # not given to another task in the meantime
+                child.kill()
 
 
 #: Seconds that FreeCAD's own kernel may take when it is asked first; it can loop for ever.

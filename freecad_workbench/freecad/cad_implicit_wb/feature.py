@@ -157,8 +157,6 @@ class Operation:
             "result": "mesh" if draft or error or is_mesh_feature(obj) else "solid",
             "draft": draft or None,
             "error": error or None,
-            "threads": preferences.threads() or None,
-            "memory_limit": preferences.memory_limit() * 2**30 or None,
             "exact_first": (getattr(obj, "ExactFirst", False) and not (draft or error)) or None,
         }
         options |= self.options(obj) | preferences.limits()

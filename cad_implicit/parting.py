@@ -116,9 +116,10 @@ def _exact(blend: LocalBlend, mesh: Mesh, name: str, progress: Progress) -> Soli
         [float(strip.spine.radius.min()) for laid in blend.laid.values() for strip in laid.plain]
         + [ball.radius for laid in blend.laid.values() for ball in laid.corners]
     )
-    chord = _CHORDS * blend.spacing**2 / radius * float(area[labels >= count].sum())
+    allowed = _CHORDS * blend.spacing**2 / radius * float(area[labels >= count].sum())
+    allowed += (_SHARE + own.VOLUMES_OFF) * mesh.volume
     off = abs(own.volume(shape, _SHARE) - mesh.volume)
-    if off > chord + _SHARE * mesh.volume:
+    if off > allowed:
         raise InvalidMeshError(f"its volume differs by {off:.3g} mm³ from that of the mesh")
     progress("solid", 1.0)
     whole, plane = own.area(shape), sum(own.area(product.faces[position]) for position in facets)

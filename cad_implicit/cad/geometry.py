@@ -20,7 +20,7 @@ from cad_implicit.primitives import Primitive
 Counts = NDArray[np.int64]
 
 #: Points within so many mm of a line or circle make one: the kernel's own resolution is 1e-7.
-_STRAIGHT = 2e-7
+STRAIGHT = 2e-7
 
 #: Splines go through points of a curve until they are within so many mm of it between them.
 _SPLINE = 1e-6
@@ -169,7 +169,7 @@ def curve_through(place: Callable[[FloatArray], FloatArray], knots: FloatArray) 
     length = float(np.linalg.norm(chord))
     if length > 0:
         off = everything - points[0] - np.outer((everything - points[0]) @ chord / length**2, chord)
-        if length < _SHORT or float(np.linalg.norm(off, axis=1).max()) < _STRAIGHT:
+        if length < _SHORT or float(np.linalg.norm(off, axis=1).max()) < STRAIGHT:
             return Span(Line(points[0], chord / length), 0.0, length)
     circle = _circle(points, everything)
     return circle if circle is not None else _spline(place, fractions)
@@ -189,7 +189,7 @@ def _circle(points: FloatArray, everything: FloatArray) -> Span | None:
     centre, radius = first + to_centre, float(np.linalg.norm(to_centre))
     normal /= np.sqrt(square)
     away = everything - centre
-    if max(np.abs(away @ normal).max(), np.abs(np.linalg.norm(away, axis=1) - radius).max()) > _STRAIGHT * (1 + radius):
+    if max(np.abs(away @ normal).max(), np.abs(np.linalg.norm(away, axis=1) - radius).max()) > STRAIGHT * (1 + radius):
         return None
     x = (points[0] - centre) / radius
     y = np.cross(normal, x)
@@ -220,14 +220,18 @@ def _spline(place: Callable[[FloatArray], FloatArray], fractions: FloatArray) ->
 
 def flat_curve(parameters: FloatArray, places: FloatArray) -> Spline:
     """Spline through places (N, 2) of a surface at parameters (N,)."""
-    straight = places[0] + np.outer((parameters - parameters[0]) / np.ptp(parameters), places[-1] - places[0])
-    if float(np.abs(straight - places).max()) < 1e-12 * (1 + float(np.abs(places).max())) or len(places) < 4:
-        return Spline(parameters[[0, -1]], np.array([2, 2]), places[[0, -1]], 1)
+    if len(places) < 4:
+        return straight_curve(parameters, places)
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(parameters, places, k=3)
     knots, counts = np.unique(spline.t, return_counts=True)
     return Spline(knots, counts, spline.c, 3)
+
+
+def straight_curve(parameters: FloatArray, places: FloatArray) -> Spline:
+    """Line from the first to the last of places (N, 2) of a surface at parameters (N,)."""
+    return Spline(parameters[[0, -1]], np.array([2, 2]), places[[0, -1]], 1)
 
 
 def away_from(span: Span, surface: Look, parameters: FloatArray, found: FloatArray) -> float:

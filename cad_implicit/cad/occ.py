@@ -49,6 +49,9 @@ as_face = getattr(TopoDS, "Face_s", None) or TopoDS.Face
 as_edge = getattr(TopoDS, "Edge_s", None) or TopoDS.Edge
 as_vertex = getattr(TopoDS, "Vertex_s", None) or TopoDS.Vertex
 
+#: Share by which volumes are off that are asked for with an accuracy.
+VOLUMES_OFF = 0.0
+
 #: Shells that enclose something, but leak: their areas' vector sum is at most this share of their area. (A union that
 #: lacks one of its twelve faces, since the kernel made it so: 0.06; a cube without its lid: 0.2.)
 _LEAKY = 0.1

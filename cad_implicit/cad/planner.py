@@ -16,6 +16,7 @@ from cad_implicit.outlines import Outline, Outlined
 from cad_implicit.patches import Patches
 
 from .geometry import (
+    STRAIGHT,
     Look,
     Span,
     Surface,
@@ -24,6 +25,7 @@ from .geometry import (
     flat_curve,
     flat_surface,
     primitive_surface,
+    straight_curve,
     strip_surface,
     unwrap,
 )
@@ -304,8 +306,12 @@ class Planner:
                 flat, away = None, away_from(span, look, parameters, found)
                 break
             unwrap(found, look, centre)
-            flat = flat_curve(parameters, found)
             middle = (parameters[1:] + parameters[:-1]) / 2
+            flat = straight_curve(parameters, found)  # areas and volumes by the kernel are best beside lines
+            away = away_from(span, look, middle, flat.at(middle))
+            if away < STRAIGHT:
+                break
+            flat = flat_curve(parameters, found)
             away = max(away_from(span, look, parameters, found), away_from(span, look, middle, flat.at(middle)))
             if away < _FINE or count >= _MOST:
                 break

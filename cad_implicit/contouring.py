@@ -9,11 +9,13 @@ from __future__ import annotations
 import warnings
 from copy import copy
 from functools import partial
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .booleans import Boolean
+from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError, tell
 from .exact import surface_of
@@ -34,11 +36,13 @@ _NODE_CLEARANCE = 1e-4
 #: of random fields). Values changed by a share of the clearance break the tie; after this many tries another method.
 _TRIES = 4
 
+#: Triangles are on the part's own if they are within so many spacings of them.
+_ON = 0.02
 
 #: What is told where blends cannot be joined to the part's own triangles.
 _NOT_JOINED = (
-    "manifold3d is not installed, so all of the part was contoured anew, not only its blends, and a solid of it has "
-    "plane facets: pip install manifold3d"
+    "manifold3d is not installed, so all of the part was contoured anew, not only its blends, and solids of it may "
+    "have more plane facets: pip install manifold3d"
 )
 
 
@@ -86,13 +90,28 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
-    if isinstance(shape, LocalBlend) and h == shape.spacing and is_sound(shape.parent):
-        if has_manifold():
-            return shape.mesh(threads=threads, progress=progress)
-        tell(_NOT_JOINED)
+    part = shape.parent if isinstance(shape, LocalBlend) and h == shape.spacing and is_sound(shape.parent) else None
+    if part is not None and has_manifold():
+        return cast(LocalBlend, shape).mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
-    return dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
+    mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
+    if part is None:
+        return mesh
+    tell(_NOT_JOINED)
+    return _with_faces(mesh, part, h)
+
+
+def _with_faces(mesh: Mesh, part: MeshDistance, spacing: float) -> Mesh:
+    """Mesh whose triangles know the faces of the part on whose triangles they lie; -1 for others."""
+    if part.mesh.face_ids is None:
+        return mesh
+    corners = mesh.vertices[mesh.faces]
+    middle = part.closest(corners.mean(axis=1))
+    off = np.max([middle.distance, *(part.closest(corners[:, i]).distance for i in range(3))], axis=0)
+    facing = (mesh.face_vectors * part.mesh.face_vectors[middle.triangle]).sum(axis=1)
+    own = (off < _ON * spacing) & (facing > 0)
+    return Mesh(mesh.vertices, mesh.faces, np.where(own, part.mesh.face_ids[middle.triangle], -1), mesh.source)
 
 
 def _cheapest(shape: Implicit) -> Implicit:

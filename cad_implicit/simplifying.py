@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .errors import CadImplicitError, SpacingError
+from .errors import CadImplicitError, SpacingError, tell
 from .mesh import Mesh
 from .sizing import positive
 
@@ -31,7 +31,7 @@ def simplify(mesh: Mesh, tolerance: float) -> Mesh:
     Returns
     -------
     Mesh
-        Closed; B-rep faces of triangles are forgotten.
+        Closed; B-rep faces of triangles are forgotten. The same mesh where manifold3d is not installed.
 
     Raises
     ------
@@ -40,14 +40,20 @@ def simplify(mesh: Mesh, tolerance: float) -> Mesh:
     SpacingError
         If the tolerance is not positive and finite.
     CadImplicitError
-        If manifold3d is not installed, or does not take the mesh.
+        If manifold3d does not take the mesh.
+
+    Warns
+    -----
+    GeometryWarning
+        If manifold3d is not installed.
     """
     limit = positive("tolerance", tolerance, SpacingError)
     mesh.require_closed()
     try:
         import manifold3d
     except ImportError:
-        raise CadImplicitError("simplifying needs manifold3d: pip install manifold3d") from None
+        tell("the mesh is not simplified, for want of manifold3d: pip install manifold3d")
+        return mesh
     raw = manifold3d.Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64))
     solid = manifold3d.Manifold(raw)
     if solid.status() != manifold3d.Error.NoError:

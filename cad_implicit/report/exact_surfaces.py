@@ -29,7 +29,7 @@ class Surfaces:
 
     def __init__(self, shape: Any, tolerance: float) -> None:
         self.shape, self.tolerance = shape, tolerance
-        self.mesh, _ = kernel(shape, "mesh").tessellate([shape], tolerance, 0.1)
+        self.mesh: Mesh = kernel(shape, "mesh").tessellate([shape], tolerance, 0.1)[0]
         self._faces = kernel(shape, "faces")
         self.shapes = self._faces.all_faces(shape)
         self.names = np.array([self._faces.surface_name(face) for face in self.shapes])

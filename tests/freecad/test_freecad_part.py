@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections import Counter
 from itertools import pairwise
@@ -11,6 +12,7 @@ import FreeCAD
 import numpy as np
 import Part
 import pytest
+from conftest import LIBRARY, ROOT
 from FreeCAD import Placement, Rotation, Vector
 
 import cad_implicit as ci
@@ -233,3 +235,41 @@ def test_results_are_written_and_read_again(tmp_path: Any) -> None:
     for name in ("a.step", "a.brep"):
         again = open_part(ci.save(made, tmp_path / name))
         assert again.shape.Volume == pytest.approx(made.wrapped.Volume, rel=1e-9)
+
+
+ALONE = """
+import sys, warnings
+sys.modules["manifold3d"] = sys.modules["skimage"] = None
+sys.path.insert(0, {root!r}); sys.path.append({library!r})
+import FreeCAD, Part
+import cad_implicit as ci
+from cad_implicit.cad import open_part
+from cad_implicit.solid_job import worked
+shape = Part.makeBox(20, 18, 6).fuse(Part.makeBox(8, 18, 15)).removeSplitter().Solids[0]
+shape.Placement = FreeCAD.Placement(FreeCAD.Vector(1.3, -2.1, 3.7), FreeCAD.Rotation(13, 27, 41))
+for operation, options in (("fillet", dict(edges="all")), ("offset", {{}}), ("smooth", dict(spacing=0.5))):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made, told = worked(open_part(shape), operation, 1.5, **options)
+    print(operation, made.wrapped.isValid(), made.wrapped.Volume, told.exact_share, *(w.message for w in caught))
+print(*sorted({{"OCP", "cadquery", "build123d"}} & set(sys.modules)))
+"""
+
+
+def test_neither_manifold3d_nor_scikit_image_is_needed() -> None:
+    """Local blends are contoured whole then, and still find the surfaces."""
+    code = ALONE.format(root=str(ROOT), library=LIBRARY)
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    fillet, offset, smooth, rest = run.stdout.split("\n")[:4]
+    assert rest == ""
+    name, valid, volume, share, *warning = fillet.split(" ", 4)
+    with_it, _ = worked(open_part(step()), "fillet", 1.5, edges="all")
+    assert (name, valid, float(share)) == ("fillet", "True", 1.0)
+    assert float(volume) == pytest.approx(with_it.wrapped.Volume, rel=1e-7)
+    assert "pip install manifold3d" in warning[0]
+    grown = 20 * 18 * 6 + 8 * 18 * 9
+    for line, low, high in ((offset, 1.3 * grown, 2.2 * grown), (smooth, 0.95 * grown, 1.0 * grown)):
+        _, valid, volume, *_ = line.split(" ")
+        assert valid == "True"
+        assert low < float(volume) < high

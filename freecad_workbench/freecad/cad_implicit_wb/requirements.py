@@ -16,7 +16,7 @@ NEEDED = {
     "scipy": "scipy",
     "numba": "numba",
     "llvmlite": "llvmlite",
-    "trimesh": "trimesh",
+    "manifold3d": "manifold3d",
     "psutil": "psutil",
 }
 

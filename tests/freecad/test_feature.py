@@ -496,3 +496,53 @@ def test_a_part_group_places_source_and_result_together(document: Any) -> None:
     assert obj.getParentGeoFeatureGroup() is group
     assert obj.Placement.isIdentity()
     assert obj.Shape.BoundBox.Center.isEqual(App.Vector(10, 7.5, 5), 1e-6)
+
+
+def test_undo_and_redo_bring_shapes_back(document: Any, computed: list[Any]) -> None:
+    document.UndoMode = 1
+    plate = box(document, 20, 15, 10)
+    document.openTransaction("Fillet")
+    obj = made(document, "fillet", plate, upright(plate.Shape), Radius=2.0)
+    document.commitTransaction()
+    document.openTransaction("Edit")
+    obj.Radius = 3.0
+    obj.Proxy.set_elements(obj, upright(plate.Shape)[1:], {upright(plate.Shape)[1]: 3.0})
+    obj.Proxy.set_elements(obj, upright(plate.Shape))
+    document.recompute()
+    document.commitTransaction()
+    stored = obj.References
+    volumes = [3000 - 4 * (1 - math.pi / 4) * r**2 * 10 for r in (2.0, 3.0)]
+    assert obj.Shape.Volume == pytest.approx(volumes[1], rel=1e-6)
+    document.undo()
+    document.recompute()
+    assert obj.Radius.Value == 2.0
+    assert obj.References == stored
+    assert obj.Shape.Volume == pytest.approx(volumes[0], rel=1e-6)
+    document.redo()
+    document.recompute()
+    assert obj.Shape.Volume == pytest.approx(volumes[1], rel=1e-6)
+    assert len(computed) == 2  # shapes came back with their properties
+    document.undo()
+    document.undo()
+    assert [o.Name for o in document.Objects] == [plate.Name]
+
+
+def test_base_can_be_set_by_hand(document: Any) -> None:
+    plate = box(document, 20, 15, 10)
+    first, second, third, _ = upright(plate.Shape)
+    obj = made(document, "fillet", plate, [first, second], Radius=2.0, own_radii={second: 1.0})
+    one = (1 - math.pi / 4) * 10
+    assert obj.Shape.Volume == pytest.approx(3000 - 5 * one, rel=1e-6)
+    obj.Base = (plate, [second, third])
+    document.recompute()
+    assert obj.isValid(), obj.getStatusString()
+    assert obj.Proxy.own_radii(obj) == {second: 1.0}
+    assert obj.Shape.Volume == pytest.approx(3000 - 5 * one, rel=1e-6)
+    x = [plate.Shape.Edges[int(name[4:]) - 1].CenterOfMass.x for name in (first, third)]
+    y = [plate.Shape.Edges[int(name[4:]) - 1].CenterOfMass.y for name in (first, third)]
+    for n, gone in ((0, False), (1, True)):  # the sharp corner is there again, and the other one is rounded
+        corner = Part.Vertex(x[n], y[n], 5)
+        assert (obj.Shape.distToShape(corner)[0] > 0.5) == gone
+    obj.Base = (plate, [])
+    document.recompute()
+    assert not obj.Proxy.elements(obj)

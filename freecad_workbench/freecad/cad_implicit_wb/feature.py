@@ -108,10 +108,15 @@ class Operation:
             return
         if name in properties.inputs_of(self.operation) and hasattr(obj, "Stale"):
             obj.Stale = True
-        if name == "Base" and not obj.Document.Recomputing:
+        # recomputes find elements again; undo and redo bring what was stored of them, too
+        if name == "Base" and not (obj.Document.Recomputing or obj.Document.Transacting):
             self._busy = True
+            names = self.elements(obj)
+            before = [references.Element.from_text(text).name for text in obj.References]
+            radii = dict(zip(before, obj.OwnRadii, strict=False))
+            obj.OwnRadii = [radii.get(name, 0.0) for name in names]
             try:
-                obj.References = self._described(obj, self.elements(obj))
+                obj.References = self._described(obj, names)
             except WorkbenchError:  # no shape yet: they are described when it is computed first
                 obj.References = []
             finally:

@@ -143,6 +143,7 @@ def run(
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
         detail = abs(amount) * (shelling.RADIUS_PER_WALL if operation == "infill" else 1.0)
         h = sizing.choose_spacing(bounds, detail, engine=engine, spacing=spacing, tolerance=tolerance, margin=margin)
+        coarse = sizing.unresolved(h, amount) if operation in KINDS else []
         with clock.stage("mesh"):
             before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
             leak = leaks(before, force=force)
@@ -163,6 +164,7 @@ def run(
             thin = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning)]
             notes = (
                 repairs(before)
+                + coarse
                 + doubts
                 + thin
                 + _changes(operation, amount, before, mesh, told=bool(thin), force=force)

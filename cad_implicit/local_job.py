@@ -57,6 +57,7 @@ def run_local(
             second = amount if second is None else second  # type: ignore[assignment]
         wanted = _wanted(opened, found, operation, amount, edges, edge_radius or {})
         radii = _radii(opened, found, operation, wanted, tangent=tangent)
+        sizes = [*radii.values(), *([] if second is None else [second])]
         with clock.stage(operation):
             result = blend(
                 operation,
@@ -70,6 +71,7 @@ def run_local(
                 threads=threads,
                 progress=progress,
             )
+            coarse = sizing.unresolved(result.spacing, max(max(_values(radius)) for radius in sizes))
             before = result.parent.mesh
             # chosen edges have their faces, whatever is missing elsewhere
             leak = leaks(before, force=True)
@@ -85,12 +87,16 @@ def run_local(
         with clock.stage("check"):
             told = [str(w.message) for w in caught if issubclass(w.category, GeometryWarning) and not leak]
             notes = (
-                repairs(before) + (leak or crossings(before)) + told + _changes(operation, before, mesh, force=force)
+                repairs(before)
+                + coarse
+                + (leak or crossings(before))
+                + told
+                + _changes(operation, before, mesh, force=force)
             )
     for w in caught:
         if not issubclass(w.category, GeometryWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-    smallest = min(min(_values(radius)) for radius in (*radii.values(), *([] if second is None else [second])))
+    smallest = min(min(_values(radius)) for radius in sizes)
     bound = None if leak else sizing.error_bound(result.spacing, smallest, "exact") + (simplify or 0.0)
     options: dict[str, Any] = {"edges": sorted(radii)}
     if operation == "chamfer":

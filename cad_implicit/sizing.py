@@ -158,6 +158,32 @@ def choose_spacing(
     return h
 
 
+def unresolved(spacing: float, radius: float) -> list[str]:
+    """Tell that a blend is hardly resolved; nothing if it is.
+
+    Parameters
+    ----------
+    spacing, radius : float
+        In mm.
+
+    Raises
+    ------
+    SpacingError
+        If it is not resolved at all.
+    """
+    if spacing > radius * (1 + 1e-9):
+        raise SpacingError(
+            f"a spacing of {spacing:g} mm does not resolve a radius of {radius:g} mm; use at most half of that, better "
+            f"{radius / CELLS_PER_RADIUS:.3g} mm"
+        )
+    if spacing <= radius / FEWEST_CELLS * (1 + 1e-9):
+        return []
+    return [
+        f"a spacing of {spacing:g} mm hardly resolves a radius of {radius:g} mm: expect errors of up to "
+        f"{error_bound(spacing, radius, 'exact'):.2g} mm"
+    ]
+
+
 def error_bound(spacing: float, radius: float, engine: Engine) -> float:
     """Largest expected distance in mm between a result at this spacing and the truth."""
     tessellation = TESSELLATION_PER_SPACING[engine] * spacing

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import cad_implicit as ci
 from cad_implicit import sizing
 from cad_implicit.errors import MemoryLimitError, RadiusError, RefusedError, SpacingError
 from cad_implicit.sizing import Engine
@@ -111,3 +112,13 @@ def test_memory_can_be_limited() -> None:
     finally:
         sizing.limit_memory(None)
     assert sizing.available_memory() > 10**6
+
+
+def test_blends_that_a_spacing_does_not_resolve() -> None:
+    notch = ci.box((20, 13, 9)) - ci.box((20, 13, 9)).moved((7, 5, 0.5))
+    part = ci.contour(notch.turned((0.48, -0.6, 0.64), 0.7), 0.5)
+    for edges in (None, "concave"):
+        with pytest.raises(SpacingError, match=r"3 mm does not resolve a radius of 1.5 mm; .* better 0.25 mm"):
+            ci.run(part, "fillet", 1.5, edges=edges, spacing=3)
+        assert any("hardly resolves" in note for note in ci.run(part, "fillet", 1.5, edges=edges, spacing=1.2).warnings)
+    assert not any("resolve" in note for note in ci.run(part, "offset", 0.2, spacing=0.7).warnings)

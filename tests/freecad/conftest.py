@@ -32,7 +32,7 @@ def _has_freecad() -> bool:
 
 
 HAS_FREECAD = _has_freecad()
-collect_ignore_glob = [] if HAS_FREECAD else ["*.py"]
+collect_ignore_glob = ["gui_pytest.py"] if HAS_FREECAD else ["*.py"]
 
 
 @pytest.fixture

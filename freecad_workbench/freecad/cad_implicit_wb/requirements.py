@@ -9,14 +9,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-#: Import name -> name for pip. ``cad_implicit`` comes with the workbench if the whole repository is in ``Mod``.
+#: Import name -> name for pip. ``cad_implicit`` comes with the workbench if the whole repository is in ``Mod``. Without
+#: manifold3d, which the Addon Manager does not install, blends take longer and may have plane facets: results say so.
 NEEDED = {
     "cad_implicit": "cad_implicit",
     "numpy": "numpy",
     "scipy": "scipy",
     "numba": "numba",
     "llvmlite": "llvmlite",
-    "manifold3d": "manifold3d",
     "psutil": "psutil",
 }
 

@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from .brep_text import Child, Location, curve_text, inverse, spline_text, surface_text, times
-from .freecad import Shape, vector
+from .freecad import Shape, compound, vector
 from .freecad_geometry import read
 from .freecad_original import ShapeTopology
 from .planner import LEAST
@@ -43,7 +43,7 @@ class Made:
             solids = [Child("+", self._brep.record("Co", [], solids), _HERE)]
         self._brep.root = solids[0]
         whole = read(self._brep.text())
-        self.shape = whole if len(plan.solids) > 1 else whole.Solids[0]
+        self.shape = compound(whole.Solids)
         found = self.shape.Faces
         order = [position for numbers in plan.solids for position in numbers]
         self.faces = [found[place] for place in np.argsort(order).tolist()]

@@ -6,13 +6,13 @@ import subprocess
 import sys
 from collections import Counter
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import FreeCAD
 import numpy as np
 import Part
 import pytest
-from conftest import LIBRARY, ROOT
 from FreeCAD import Placement, Rotation, Vector
 
 import cad_implicit as ci
@@ -172,6 +172,23 @@ def test_objects_of_documents_and_their_edges() -> None:
         FreeCAD.closeDocument(document.Name)
 
 
+def test_copies_of_one_shape_in_two_places_are_two_parts() -> None:
+    """Their faces and edges are the same ones to the kernel, but for their places."""
+    plate = Part.makeBox(20, 18, 6)
+    other = Part.Shape(plate)
+    other.Placement = Placement(Vector(40, 1, 2), Rotation(10, 20, 30))
+    both = placed(Part.makeCompound([plate, other]))
+    found = part_edges(open_part(both))
+    assert len(found) == 24
+    first, last = found[0], found[-1]
+    made, _ = worked(open_part(both), "fillet", 1.5, edges=[first.number, last.number])
+    assert isinstance(made.wrapped, Part.Compound)
+    assert made.wrapped.isValid()
+    gone = (1 - np.pi / 4) * 1.5**2 * (first.length + last.length)
+    assert made.wrapped.Volume == pytest.approx(2 * plate.Volume - gone, rel=1e-9)
+    assert [len(solid.Faces) for solid in made.wrapped.Solids] == [7, 7]
+
+
 def test_edges_of_both_kinds() -> None:
     made, _ = worked(open_part(step()), "fillet", 1.5, edges="all")
     result = sound(made)
@@ -258,7 +275,7 @@ print(*sorted({{"OCP", "cadquery", "build123d"}} & set(sys.modules)))
 
 def test_neither_manifold3d_nor_scikit_image_is_needed() -> None:
     """Local blends are contoured whole then, and still find the surfaces."""
-    code = ALONE.format(root=str(ROOT), library=LIBRARY)
+    code = ALONE.format(root=str(Path(ci.__file__).parents[1]), library=str(Path(Part.__file__).parent))
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     fillet, offset, smooth, rest = run.stdout.split("\n")[:4]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -70,6 +71,20 @@ class Window:
         for name in names or ("",):
             Gui.Selection.addSelection(obj.Document.Name, obj.Name, name)
         self.pump()
+
+    def click(self, view: Any, point: Any) -> None:
+        """Click on a point of the 3-D view with the mouse of the screen."""
+        self.pump(1)  # the camera may still be moving
+        area = view.graphicsView().viewport()
+        scale = view.getSize()[0] / area.width()  # of screens whose pixels are not Qt's
+        across, up = (n / scale for n in view.getPointOnScreen(point))
+        place = area.mapToGlobal(QtCore.QPoint(round(across), round(area.height() - 1 - up)))
+        own = (round(place.x() * scale), round(place.y() * scale))
+        for x, y in ((own[0] + 40, own[1] + 40), own):
+            subprocess.run(["xdotool", "mousemove", str(x), str(y)], check=True)
+            self.pump(0.3)
+        subprocess.run(["xdotool", "click", "1"], check=True)
+        self.pump(0.3)
 
     def active(self, command: str) -> bool:
         """Whether a command is not greyed out."""

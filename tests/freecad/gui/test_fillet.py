@@ -130,6 +130,28 @@ def test_undo_and_redo_of_a_fillet(window: Any, document: Any) -> None:
     assert document.Fillet.Shape.Volume - part.Shape.Volume == pytest.approx(added(2.3), rel=1e-9)
 
 
+def test_a_real_click_in_the_view_adds_an_edge(window: Any, document: Any) -> None:
+    box = document.addObject("Part::Box", "Box")
+    box.Length, box.Width, box.Height = SIZE
+    document.recompute()
+    view = Gui.activeDocument().activeView()
+    view.viewIsometric()
+    Gui.SendMsgToActiveView("ViewFit")
+    window.select(box)
+    Gui.runCommand("Implicit_Round")
+    form = window.until(panel)
+    form.preview.setChecked(False)
+    name, edge = next(
+        (f"Edge{n + 1}", e)
+        for n, e in enumerate(box.Shape.Edges)
+        if e.CenterOfMass.isEqual(App.Vector(SIZE[0] / 2, 0, SIZE[2]), 1e-6)
+    )
+    for chosen in ([name], []):
+        window.click(view, edge.valueAt(edge.FirstParameter + 0.4 * edge.Length))
+        window.until(lambda chosen=chosen: form.elements.names == chosen, 20)
+    window.cancel()
+
+
 def test_clicks_choose_edges_with_their_own_radii(window: Any, document: Any) -> None:
     box = document.addObject("Part::Box", "Box")
     box.Length, box.Width, box.Height = SIZE

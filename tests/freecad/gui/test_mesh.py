@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 import time
+from pathlib import Path
 from typing import Any
 
 import FreeCAD as App
 import FreeCADGui as Gui
 import Mesh
 import numpy as np
+import Part
 import pytest
+from freecad.cad_implicit_wb import exporting
 from freecad.cad_implicit_wb.qt import QtWidgets
 from gui_window import Gaps, closed, panel, tell
 
@@ -106,3 +109,35 @@ def test_cancel_of_a_long_computation(window: Any, document: Any) -> None:
     tell(f"cancel: stopped after {(time.perf_counter() - start) * 1000:.0f} ms")
     assert [obj.Name for obj in document.Objects] == ["Block"]
     assert mesh.ViewObject.Visibility
+
+
+def test_convert_to_solid(window: Any, document: Any, tmp_path: Path) -> None:
+    """A feature whose result is a mesh gives a solid from now on; a plain mesh, a solid beside it; both are written."""
+    mesh = block(document)
+    window.select(mesh)
+    Gui.runCommand("Implicit_Offset")
+    window.until(panel).preview.setChecked(False)
+    window.ok()
+    window.until(closed)
+    window.select(document.Offset)
+    Gui.runCommand("Implicit_ToSolid")
+    solid = next(obj for obj in document.Objects if obj.isDerivedFrom("Part::FeaturePython"))
+    assert solid.Label == "Offset"
+    assert solid.Shape.isValid()
+    assert solid.Shape.Volume == pytest.approx(grown(1.0), rel=3e-3)
+    exporting.export(solid, tmp_path / "a.step")
+    assert Part.read(str(tmp_path / "a.step")).Volume == pytest.approx(solid.Shape.Volume, rel=1e-6)
+    window.select(mesh)
+    Gui.runCommand("Implicit_ToSolid")
+    plain = document.getObject("Block_solid")
+    assert plain.Shape.Volume == pytest.approx(math.prod(SIDES), rel=1e-6)
+    assert len(plain.Shape.Faces) == 6
+    assert not mesh.ViewObject.Visibility
+    exporting.export(plain, tmp_path / "b.stl")
+    assert Mesh.Mesh(str(tmp_path / "b.stl")).Volume == pytest.approx(math.prod(SIDES), rel=1e-5)
+
+
+def grown(d: float) -> float:
+    """Volume of the block grown by a distance, edges round: Steiner's formula."""
+    a, b, c = SIDES
+    return a * b * c + 2 * d * (a * b + b * c + c * a) + math.pi * d**2 * (a + b + c) + 4 / 3 * math.pi * d**3

@@ -12,6 +12,7 @@ PYTHON_FREECAD ?= /usr/bin/python3
 FREECAD_LIBRARY ?= /usr/lib/freecad-python3/lib
 PIP := -m pip install --quiet --disable-pip-version-check
 
+# make bench  time, memory and error beside other packages, and of each stage
 # make paper  the paper's examples, tables and figures on one page, paper/paper.html
 .PHONY: demo paper test lint test-cadquery test-build123d test-freecad test-nojit bench clean
 
@@ -29,7 +30,7 @@ lint: $(VENV)/ready
 	$(VENV)/bin/mypy
 
 test-cadquery: $(VENV)/ready
-	$(VENV)/bin/python -m pytest
+	$(VENV)/bin/python -m pytest -n auto --dist loadfile
 
 test-build123d: $(VENV_B123D)/ready
 	$(VENV_B123D)/bin/python -m pytest -m host tests
@@ -51,6 +52,8 @@ test-nojit: $(VENV)/ready
 	NUMBA_DISABLE_JIT=1 $(VENV)/bin/python -m pytest -m nojit tests
 
 bench: $(VENV)/ready
+	$(VENV)/bin/python $(PIP) -e ".[peers]"
+	$(VENV)/bin/python -m validation.peers
 	$(VENV)/bin/python -m validation.table1
 	$(VENV)/bin/python -m validation.bench_redistance
 	$(VENV)/bin/python -m validation.bench_distance

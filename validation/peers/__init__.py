@@ -1,0 +1,1 @@
+"""The package beside others: error against time."""

@@ -1,0 +1,55 @@
+"""One run of a method on a part, in a process of its own, and its errors."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tests"))
+import exact_cases as cases
+import shapes
+
+from .methods import Operation, distances, methods
+
+RADIUS = 2.0
+
+#: Spacings to a radius.
+CELLS = (4, 8, 16)
+
+PARTS = {
+    "wedge of 60°": lambda: cases.wedge(60, RADIUS),
+    "corner": lambda: cases.corner(RADIUS),
+    "pocket": lambda: cases.pocket(RADIUS),
+    "boss": lambda: cases.cone_boss(2, 2, RADIUS, 240),
+    "cone": lambda: cases.cone_boss(2.5, 1.5, RADIUS, 240),
+    "cylinders 2:1.5": lambda: cases.cross(2, 1.5, RADIUS, 240),
+}
+
+
+def perform(part: str, operation: Operation, method: str, cells: int) -> dict[str, Any]:
+    """One run: seconds, memory, and errors in mm; to be called in a fresh process."""
+    import resource
+
+    import psutil
+
+    case = PARTS[part]()
+    mesh = case.mesh if operation == "fillet" else shapes.cavity(case.mesh, 2.5 * RADIUS)
+    work, h = methods()[method], RADIUS / cells
+    work(mesh, RADIUS, RADIUS / 2.5, operation)  # so that all is loaded
+    before = psutil.Process().memory_info().rss
+    result, seconds = work(mesh, RADIUS, h, operation)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - before
+    blend = distances(result, shapes.placed(case.blend_samples()))
+    sharp = distances(result, cases._sharp_samples(case, RADIUS / CELLS[-1]))
+    return {
+        "seconds": seconds,
+        "memory": memory,
+        "triangles": len(result.faces),
+        "watertight": result.is_watertight,
+        "rms": float(np.sqrt((blend**2).mean())),
+        "maximum": float(blend.max()),
+        "sharp": float(sharp.max()) if len(sharp) else None,
+    }

@@ -19,6 +19,9 @@ from .running import Runner
 #: The scale ends at this share of the vertices: one bad vertex in a thousand must not make all others look perfect.
 _LARGEST_SHARE = 0.999
 
+#: … and at no less than this, in mm: below is the noise of the arithmetic, ten times the resolution of CAD kernels.
+_SMALLEST = 1e-6
+
 
 class ErrorColours:
     """Shows and hides the error of one feature."""
@@ -61,7 +64,7 @@ class ErrorColours:
         if not len(known):
             self._failed(WorkbenchError(translate("the error of this result is not known")))
             return
-        largest = float(np.quantile(known, _LARGEST_SHARE))
+        largest = max(float(np.quantile(known, _LARGEST_SHARE)), _SMALLEST)
         view = Gui.getDocument(obj.Document.Name).ActiveView
         self._overlay = Overlay(view, obj.Placement)
         self._overlay.preview(answer.vertices, answer.faces, colours_of(error, largest))

@@ -16,6 +16,7 @@ from cad_implicit.implicit import FloatArray
 from cad_implicit.job import run as run_job
 from cad_implicit.local_blend import LocalBlend
 from cad_implicit.mesh import Mesh
+from cad_implicit.open_faces import near_kept_faces
 from cad_implicit.ops import fillet as fill
 from cad_implicit.outcome import Outcome
 from cad_implicit.parting import to_part
@@ -137,7 +138,14 @@ def errors(outcome: Outcome) -> FloatArray:
     if outcome.operation == "shell" and amount is not None:
         side = outcome.options.get("side", "inward")
         outer = {"inward": 0.0, "outward": -amount, "both": -amount / 2}[side]
-        walls = np.stack([outer - value, value - (outer + amount)])
+        opened = outcome.options.get("open")
+        if (
+            opened and side == "inward"
+        ):  # the wall within is as far from the faces that are kept, not from the open ones
+            inner = -near_kept_faces(part, opened, amount)(mesh.vertices)
+        else:
+            inner = value - (outer + amount)
+        walls = np.stack([outer - value, inner])
         return np.asarray(np.take_along_axis(walls, np.abs(walls).argmin(axis=0)[None], axis=0)[0])
     return np.where(np.abs(value) < outcome.spacing / 2, -value, np.nan)
 

@@ -249,3 +249,4 @@ def test_shell_open_at_a_clicked_face_and_its_error(window: Any, document: Any) 
     window.until(lambda: colours._bar or window.find("cad_implicit_error"))
     window.shot("shell_error", keep=False)
     assert colours.shown
+    assert colours._bar.largest <= document.Shell.ErrorBound.Value

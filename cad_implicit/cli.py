@@ -285,7 +285,7 @@ def validate(
         str | None,
         typer.Option(metavar="E", help="Exit with 1 above it: mm, 0.02h (spacings) or 1% (of R); default: the bound."),
     ] = None,
-    convergence: Annotated[bool, typer.Option("--convergence", help="Measure at coarser spacings, too.")] = False,
+    convergence: Annotated[bool, typer.Option("--convergence", help="Measure at 4h, 2h and h/2, too.")] = False,
     time_limit: Annotated[float, typer.Option(metavar="S", help="Seconds for the exact kernel.")] = 120.0,
     spacing: Spacing = None,
     engine: Engine = "exact",

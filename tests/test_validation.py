@@ -52,6 +52,8 @@ def test_a_sound_fillet_passes_with_its_error(sound: tuple[Any, Any]) -> None:
     assert found.regions["blend"].bias > 0  # chords of a concave fillet lie in the air
     assert found.measured.defect < 1e-6
     assert abs(found.as_dict()["volume_error_share"]) < 1e-4
+    assert found.bending.radius == pytest.approx(RADIUS, rel=0.02)  # a torus is no pipe
+    assert found.bending.tangency < 2.0
 
 
 def test_a_radius_off_by_five_per_cent_is_caught(sound: tuple[Any, Any]) -> None:

@@ -18,12 +18,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from .fillets.corpus import Job, jobs
 from .fillets.performing import perform
 from .local_checks import Worker
+from .readme import into_readme
 
 #: Seconds after which a run counts as hung.
 _TIMEOUT = 600.0
@@ -54,8 +55,7 @@ def main() -> int:
 
         def work() -> None:
             worker = Worker(perform, _TIMEOUT)
-            while not waiting.empty():
-                job = waiting.get()
+            for job in iter(lambda: _next(waiting), None):
                 row = worker(numbers[job.key])
                 if isinstance(row, str):
                     row = {"key": job.key, **asdict(job), "fate": "failed", "kernel": "?", "faults": [row]}
@@ -73,8 +73,15 @@ def main() -> int:
     used = sum(row.get("processor_seconds", 0.0) for row in rows.values())
     print(f"\n{summary}\n{time.perf_counter() - start:.0f} s, of the processors {used:.0f} s in all runs")
     if options.readme:
-        _into_readme(summary)
+        into_readme("corpus", summary)
     return 1 if any(row["fate"] == "failed" for row in shown) else 0
+
+
+def _next(waiting: SimpleQueue[Job]) -> Job | None:
+    try:
+        return waiting.get_nowait()
+    except Empty:
+        return None
 
 
 def _line(row: dict[str, Any]) -> str:
@@ -117,14 +124,6 @@ def _summary(rows: list[dict[str, Any]]) -> str:
         kernel = sum(row["kernel"] == "ok" for row in own)
         lines.append(f"| {name} | {len(own)} | {' | '.join(map(str, counts))} | {kernel} |")
     return "\n".join(lines) + "\n"
-
-
-def _into_readme(summary: str) -> None:
-    readme = Path(__file__).parent.parent / "README.md"
-    text = readme.read_text(encoding="utf-8")
-    start, end = "<!-- corpus -->\n", "<!-- /corpus -->"
-    before, rest = text.split(start)
-    readme.write_text(before + start + summary + end + rest.split(end)[1], encoding="utf-8")
 
 
 if __name__ == "__main__":

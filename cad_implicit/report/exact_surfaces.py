@@ -70,7 +70,7 @@ class Surfaces:
 
     def _face_of(self, triangles: NDArray[np.int32]) -> NDArray[np.int64]:
         assert self.mesh.face_ids is not None
-        return self.mesh.face_ids[triangles].astype(np.int64)
+        return np.asarray(self.mesh.face_ids[triangles], np.int64)
 
     def _by_surface(self, points: FloatArray, faces: NDArray[np.int64], rough: FloatArray) -> FloatArray:
         value = np.zeros(len(points))

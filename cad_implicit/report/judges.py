@@ -26,9 +26,13 @@ from .rolling_ball import ball_errors
 #: where what they tell is less by as much.
 _SUSPECT = 2e-3
 
-#: At so many points each way; the others go with the nearest of them, and all within so many spacings of such a place:
-#: where a closing fades out at an open end, 0.1 radii long, it turns within a cell.
+#: At so many points each way; the others go with the nearest of them, but the largest errors left are asked themselves,
+#: as often as this.
 _TESTED = 1500
+_ROUNDS = 3
+
+#: All within so many spacings of such a place are like it: where a closing fades out at an open end, 0.1 radii long, it
+#: turns within a cell.
 _AROUND = 1.0
 
 #: The balls of a local blend may be asked if their distances to the faces are the radius within this share of it.
@@ -130,22 +134,40 @@ def explained(
     suspects = np.flatnonzero(np.abs(errors) > _SUSPECT * radius)
     if len(suspects) == 0:
         return other, told
-    asked = suspects
-    if len(asked) > _TESTED:
-        asked = np.random.default_rng(0).choice(suspects, _TESTED, replace=False)
-    told[asked] = judge.errors(points[asked], normals[asked], errors[asked])
-    better = np.ones(len(asked), np.bool_)
-    if result is not None:
-        better = np.abs(told[asked]) > _SUSPECT * radius
-        found = result.closest(points[asked])
-        told[asked] = judge.errors(found.point, unit(found.normal), errors[asked])
-    better &= np.abs(told[asked]) < np.abs(errors[asked]) - _SUSPECT * radius
-    other[suspects] = better[cKDTree(points[asked]).query(points[suspects])[1]]
-    told[asked[~better]] = np.nan
-    if better.any():
-        near = cKDTree(points[asked[better]]).query(points[suspects], distance_upper_bound=_AROUND * spacing)[0]
-        other[suspects] |= np.isfinite(near)
+    known, own = np.zeros(0, np.int64), np.zeros(0, np.bool_)
+    random = np.random.default_rng(0)
+    asked = random.choice(suspects, min(_TESTED, len(suspects)), replace=False)
+    for _ in range(_ROUNDS):
+        better, new = _asked(judge, points[asked], normals[asked], errors[asked], radius, result)
+        told[asked] = np.where(better, new, np.nan)
+        known, own = np.concatenate([known, asked]), np.concatenate([own, better])
+        other[suspects] = own[cKDTree(points[known]).query(points[suspects])[1]]
+        if own.any():
+            near = cKDTree(points[known[own]]).query(points[suspects], distance_upper_bound=_AROUND * spacing)[0]
+            other[suspects] |= np.isfinite(near)
+        left = np.setdiff1d(suspects[~other[suspects]], known)
+        asked = left[np.argsort(-np.abs(errors[left]))[:_TESTED]]
+        if len(asked) == 0:
+            break
     return other, told
+
+
+def _asked(
+    judge: Judge,
+    points: FloatArray,
+    normals: FloatArray,
+    errors: FloatArray,
+    radius: float,
+    result: MeshDistance | None,
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Whether the balls are right about points, all of them asked, and what they tell; see :func:`explained`."""
+    told = judge.errors(points, normals, errors)
+    better = np.ones(len(points), np.bool_)
+    if result is not None:
+        better = np.abs(told) > _SUSPECT * radius
+        found = result.closest(points)
+        told = judge.errors(found.point, unit(found.normal), errors)
+    return better & (np.abs(told) < np.abs(errors) - _SUSPECT * radius), told
 
 
 def unit(vectors: FloatArray) -> FloatArray:

@@ -80,6 +80,13 @@ def _summary(result: Validation) -> str:
              f"{health.manifold}, {health.self_intersections} self-intersections, {health.slivers} slivers"),
             ("time", f"{sum(outcome.seconds.values()):.2f} s; exact kernel {kernel['seconds']:.2f} s"),
         ]  # fmt: skip
+        bends = result.bending
+        if bends is not None and bends.samples:
+            rows.append(("radius of curvature along the blends", f"{bends.radius:.5g} mm (median; 5 to 95 %: "
+                         f"{bends.radius_low:.4g} to {bends.radius_high:.4g} mm)"))  # fmt: skip
+        if bends is not None and bends.contacts:
+            rows.append(("angle between blends and faces", f"{bends.tangency:.2g}° (median; 95 %: "
+                         f"{bends.tangency_high:.2g}°)"))  # fmt: skip
         if result.measured.defect is not None:
             rows.append(("exact kernel's own distance from the balls", f"{result.measured.defect:.3g} mm"))
         rows += [("warning", warning) for warning in outcome.warnings]

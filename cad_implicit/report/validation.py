@@ -25,6 +25,7 @@ from cad_implicit.outcome import Outcome
 from cad_implicit.parallel import Progress, no_progress
 from cad_implicit.sizing import Engine
 
+from .bending import Bending, bending
 from .health import Health, health
 from .measuring import REGIONS, Measured, against_kernel, by_rolling_ball
 from .statistics import Statistics, statistics
@@ -41,7 +42,7 @@ BY_THE_BALL = "differs by nature, by the ball"
 _FADING = 0.2
 
 #: Spacings of the convergence, in spacings of the run, the coarsest first.
-LEVELS = (4.0, 2.0, 1.0)
+LEVELS = (4.0, 2.0, 1.0, 0.5)
 
 _KINDS = {"fillet": ("concave",), "round": ("convex",), "smooth": ("convex", "concave")}
 _SIGNS = {"fillet": -1.0, "round": 1.0, "smooth": 0.0}
@@ -74,6 +75,8 @@ class Validation:
     measured : Measured or None
     regions : dict of str to Statistics
     health : Health or None
+    bending : Bending or None
+        Radius of curvature along the blends, and their tangency.
     limits : dict of str to (float, float)
         Figures that are judged, and what they may be at most.
     """
@@ -88,6 +91,7 @@ class Validation:
     measured: Measured | None = None
     regions: dict[str, Statistics] = field(default_factory=dict)
     health: Health | None = None
+    bending: Bending | None = None
     levels: list[Level] = field(default_factory=list)
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
     seconds: float = 0.0
@@ -155,6 +159,7 @@ class Validation:
             "volume_error_share": None if after is None else mesh.volume / after - 1,
             "area": mesh.area,
             "health": self.health.as_dict(),
+            "bending": self.bending.as_dict() if self.bending else None,
             "convergence": [vars(level) for level in self.levels],
             "order": self.order,
             "limits": {n: {"value": v, "limit": limit} for n, (v, limit) in self.limits.items()},
@@ -195,7 +200,7 @@ def validate(
     time_limit : float
         Seconds for the exact kernel.
     convergence : bool
-        Measure at coarser spacings, too, and with both engines for the whole part.
+        Measure at four, two and half a spacing, too, and with both engines for the whole part.
     threads : int, optional
     progress : callable
         May raise to cancel.
@@ -255,9 +260,11 @@ def assess(
     if BY_THE_BALL in regions:
         fades = largest + _FADING * outcome.spacing
         limits["the largest error by the ball, in mm, where both differ by nature,"] = regions[BY_THE_BALL].max, fades
+    mesh, spacing = outcome.mesh, outcome.spacing
+    bends = bending(mesh, outcome.shape, part_of(outcome), radius, spacing)
     return Validation(
-        name, operation, radius, edges, outcome, "", _told(truth), measured, regions,
-        health(outcome.mesh, outcome.spacing), list(levels), limits,
+        name, operation, radius, edges, outcome, "", _told(truth), measured, regions, health(mesh, spacing), bends,
+        list(levels), limits,
     )  # fmt: skip
 
 
@@ -266,7 +273,7 @@ def measure(
 ) -> tuple[Measured, dict[str, Statistics]]:
     """Take samples with their errors, and the figures of all that is judged ("all") and by region."""
     blend = outcome.shape if isinstance(outcome.shape, LocalBlend) else None
-    part = blend.parent if blend is not None else MeshDistance(outcome.before)
+    part = part_of(outcome)
     if truth is not None and truth.ok:
         measured = against_kernel(outcome.mesh, truth, part, blend, radius, outcome.spacing, _SIGNS[operation])
     else:
@@ -280,6 +287,11 @@ def measure(
         if own.any():
             found[region] = statistics(measured.errors[own], measured.points[own])
     return measured, found
+
+
+def part_of(outcome: Outcome) -> MeshDistance:
+    """Distance to the part before the blend."""
+    return outcome.shape.parent if isinstance(outcome.shape, LocalBlend) else MeshDistance(outcome.before)
 
 
 def _run(

@@ -1,9 +1,9 @@
 """Radius of curvature along the blends of a mesh, and the angle at which they leave the faces.
 
-Across a direction the normals of a ball's surface are linear in the place, n = A x + b, and so are those of the pipe that
-it makes. So A and b are fitted to the vertices around a place with the shape's normals there (those of triangles are off
-by a tenth): the radius is one over the largest eigenvalue of A, and where a blend meets a face b tells its normal. On
-rings both are less exact: 0.5 % and 1.5 degrees around a boss of 2.5 radii.
+Across a direction the normals of a ball's surface are linear in the place, n = A x + b, and so are those of the pipe
+that it makes. So A and b are fitted to the vertices around a place with the shape's normals there (those of triangles
+are off by a tenth): the radius is one over the largest eigenvalue of A, and where a blend meets a face b tells its
+normal. On rings both are less exact: 0.5 % and 1.5 degrees around a boss of 2.5 radii.
 """
 
 from __future__ import annotations

@@ -546,3 +546,16 @@ def test_base_can_be_set_by_hand(document: Any) -> None:
     obj.Base = (plate, [])
     document.recompute()
     assert not obj.Proxy.elements(obj)
+
+
+def test_a_preview_that_would_take_long_is_refused(document: Any) -> None:
+    hall = box(document, 3000, 2000, 500)
+    obj = making.make(document, "smooth", hall, Radius=1.0)
+    with pytest.raises(client.WorkbenchError, match=r"no preview: it would take about \d+ s"):
+        obj.Proxy.request(obj, draft=True)
+    obj.Radius = 100.0
+    task = client.start(obj.Proxy.request(obj, draft=True))
+    task.wait()
+    # what a ball of the radius does not reach: an eighth at each edge, more at the corners
+    exact = rounded((3000, 2000, 500), 100.0)
+    assert task.result().volume_after == pytest.approx(exact, rel=2e-3)

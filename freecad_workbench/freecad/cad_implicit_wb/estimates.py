@@ -30,9 +30,11 @@ BYTES_PER_STRIP_CELL = 4000
 #: Whole parts that become solids get a coarser spacing where they are large beside the radius.
 COARSER = ("fillet", "round", "smooth", "offset", "shell")
 
-#: A draft has about so many cells, and no fewer than so many to a radius: a second's work.
+#: A draft has about so many cells, a second's work, but no fewer than so many to a radius: where there is less than one
+#: the library refuses. On large parts with small radii that may be long: there is no preview that takes more seconds.
 DRAFT_CELLS = 15_000
-DRAFT_CELLS_PER_RADIUS = 2.0
+DRAFT_CELLS_PER_RADIUS = 1.25
+DRAFT_SECONDS = 15.0
 
 #: Width of the strip of a blend in radii: the quarter of a circle, and its neighbourhood.
 _STRIP = 2.0

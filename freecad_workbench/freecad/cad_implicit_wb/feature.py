@@ -17,7 +17,7 @@ from typing import Any
 
 import FreeCAD as App
 
-from . import client, preferences, properties, references, sources
+from . import client, estimates, preferences, properties, references, sources
 from .errors import WorkbenchError
 
 #: Version of the properties; features of later ones are left alone.
@@ -83,9 +83,13 @@ class Operation:
         Raises
         ------
         WorkbenchError
-            If the source has nothing to work on, or chosen edges are lost.
+            If the source has nothing to work on, chosen edges are lost, or a preview would take long.
         """
-        return self._request(obj, draft, error)[0]
+        request = self._request(obj, draft, error)[0]
+        seconds = client.estimate(request)["seconds"] if draft else 0.0
+        if seconds > estimates.DRAFT_SECONDS:
+            raise WorkbenchError(f"no preview: on a source of this size it would take about {seconds:.0f} s")
+        return request
 
     def execute(self, obj: Any) -> None:
         """Compute, unless nothing changed but the place. FreeCAD marks the feature if it raises."""

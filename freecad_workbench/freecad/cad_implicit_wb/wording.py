@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .qt import marked, translate, translate_collected
+from .qt import marked, translate_collected
 
 _LABELS = {
     "Radius": marked("Radius"),
@@ -45,6 +45,9 @@ _STAGES = {
     "solid": marked("Building the solid …"),
 }
 
+#: Stages whose names tell only their makers something.
+_ANY_STAGE = marked("Computing …")
+
 
 def label_of(name: str) -> str:
     """Label of a property."""
@@ -63,4 +66,4 @@ def choice_in_words(key: str) -> str:
 
 def stage_in_words(stage: str) -> str:
     """Return a stage of the computation in words."""
-    return translate_collected(_STAGES[stage]) if stage in _STAGES else translate("Computing ({}) …").format(stage)
+    return translate_collected(_STAGES.get(stage, _ANY_STAGE))

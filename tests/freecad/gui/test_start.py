@@ -150,6 +150,20 @@ def test_preferences_page_keeps_values(window: Any) -> None:
     assert window
 
 
+def test_preferences_page_is_in_freecads_dialog(window: Any) -> None:
+    seen = []
+
+    def look() -> None:
+        dialog = QtWidgets.QApplication.activeModalWidget()
+        window.shot("preferences", keep=False)
+        seen.append({box.objectName() for box in dialog.findChildren(QtWidgets.QWidget)})
+        dialog.reject()
+
+    QtCore.QTimer.singleShot(500, look)
+    Gui.showPreferences("Implicit", 0)
+    assert {"tolerance", "engine", "threads", "memory", "preview"} <= seen[0]
+
+
 def test_errors_are_shown_in_a_box(window: Any) -> None:
     messages.tell_error("Fillet failed", ValueError("radius 9 mm is too large"))
     box = window.until(lambda: window.find("cad_implicit_error"), 5)

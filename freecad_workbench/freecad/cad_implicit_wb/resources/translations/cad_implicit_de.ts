@@ -260,6 +260,10 @@ Zeit: {seconds}</translation>
       <translation>{} bearbeiten</translation>
     </message>
     <message>
+      <source>Computing …</source>
+      <translation>Berechnen …</translation>
+    </message>
+    <message>
       <source>Radius</source>
       <translation>Radius</translation>
     </message>
@@ -386,10 +390,6 @@ Zeit: {seconds}</translation>
     <message>
       <source>Building the solid …</source>
       <translation>Der Volumenkörper entsteht …</translation>
-    </message>
-    <message>
-      <source>Computing ({}) …</source>
-      <translation>Berechnen ({}) …</translation>
     </message>
     <message>
       <source>The source, and its edges or faces</source>

@@ -260,6 +260,10 @@ Temps : {seconds}</translation>
       <translation>Modifier {}</translation>
     </message>
     <message>
+      <source>Computing …</source>
+      <translation>Calcul …</translation>
+    </message>
+    <message>
       <source>Radius</source>
       <translation>Rayon</translation>
     </message>
@@ -386,10 +390,6 @@ Temps : {seconds}</translation>
     <message>
       <source>Building the solid …</source>
       <translation>Construction du solide …</translation>
-    </message>
-    <message>
-      <source>Computing ({}) …</source>
-      <translation>Calcul ({}) …</translation>
     </message>
     <message>
       <source>The source, and its edges or faces</source>

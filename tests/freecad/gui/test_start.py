@@ -160,7 +160,7 @@ def test_preferences_page_is_in_freecads_dialog(window: Any) -> None:
         dialog.reject()
 
     QtCore.QTimer.singleShot(500, look)
-    Gui.showPreferences("Implicit", 0)
+    Gui.showPreferences("cad_implicit", 0)
     assert {"tolerance", "engine", "threads", "memory", "preview"} <= seen[0]
 
 

@@ -200,13 +200,13 @@ class StripSurface:
             else:
                 cuts.append(high)
                 known.append(good)
-        cuts = self._without_short_arcs(cuts, known)
-        if len(cuts) == 2 or len(cuts) > _PIECES + 1:
+        cuts, free = self._without_short_arcs(cuts, known)
+        if len(cuts) == 2 or len(cuts) > _PIECES + 1 or (self.closed and free):
             return [self]
         return [StripPiece(self, low, high) for low, high in pairwise(cuts)]
 
-    def _without_short_arcs(self, cuts: list[float], known: list[bool]) -> list[float]:
-        """Cuts between stretches, where short arcs of other circles one after another are one stretch without name."""
+    def _without_short_arcs(self, cuts: list[float], known: list[bool]) -> tuple[list[float], bool]:
+        """Cuts between stretches, short arcs of other circles one after another joined; and whether any has no name."""
         short = []
         for (low, high), good in zip(pairwise(cuts), known, strict=True):
             primitive = self.primitive_between(low, high) if good else None
@@ -215,7 +215,7 @@ class StripSurface:
         beside = [b and (a or c) for a, b, c in zip([False, *short], short, [*short[1:], False], strict=False)]
         free = [one or not good for one, good in zip(beside, known, strict=True)]
         inner = [cut for cut, a, b in zip(cuts[1:-1], free, free[1:], strict=False) if not (a and b)]
-        return [cuts[0], *inner, cuts[-1]]
+        return [cuts[0], *inner, cuts[-1]], any(free)
 
     def _parts(self, ways: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Pieces (N,) of the spine at ways along it, their lengths, and how far along them (N, 1) from 0 to 1."""

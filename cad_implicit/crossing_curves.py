@@ -28,6 +28,9 @@ _FEWEST, _MOST = 9, 65
 _GAP = 0.6
 _STEP = 0.3
 
+#: Steps along a curve come ahead by at least this share of their length, or it ends there.
+_AHEAD = 0.5
+
 #: Points on them are looked for within so many spacings of a spline.
 _REACH = 0.05
 
@@ -135,8 +138,10 @@ class Crossing:
             if size < 1e-9 or float(np.linalg.norm(end - x[0])) < 1.5 * step:
                 break
             along *= np.sign(along @ ahead) / size
-            x = self.points(x + step * along)
-            ahead = along
+            after = self.points(x + step * along)
+            if float(np.linalg.norm(after - x)) < _AHEAD * step:
+                break  # at the tip of a cone
+            x, ahead = after, along
             found.append(x[0])
         return np.array(found).reshape(-1, 3)
 

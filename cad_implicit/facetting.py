@@ -17,6 +17,10 @@ from .patches import Numbers, connected, opposite
 #: sixth of the radius, 0.0035 radii from an arc, need one or two at a radius of a millimetre, five at one of 100.
 _HALVINGS = 7
 
+#: Unless the surface is farther from the middle of an edge than this share of its length, more than a sixth of a circle
+#: is: there it jumps.
+_STEEPEST = 0.134
+
 #: Steps of Newton's method that put the middle of an edge onto a surface.
 _STEPS = 3
 
@@ -67,7 +71,8 @@ def _halved(mesh: Mesh, labels: Numbers, surface: Callable[[int], Outward], limi
     """Halve edges of triangles that are faces until they lie on the surfaces of their neighbours."""
     for _ in range(_HALVINGS):
         edges, middle, gap = _beside(mesh, labels, surface)
-        far = gap > limit
+        ends = mesh.vertices[mesh.faces[edges // 3, (edges + 1) % 3]] - mesh.vertices[mesh.faces[edges // 3, edges % 3]]
+        far = (gap > limit) & (gap < _STEEPEST * np.linalg.norm(ends, axis=1))
         if not far.any():
             break
         edges, middle = edges[far], middle[far]

@@ -164,13 +164,13 @@ def _told(reasons: list[str], astray: float) -> str:
 
 
 def _failing(mesh: Mesh, patches: Patches, failed: Mapping[int, set[int] | None], local: bool) -> NDArray[np.bool_]:
-    """Triangles (F,) of failed patches: where known and local only those that touch the borders where they fail."""
+    """Triangles (F,) of failed patches: where known and local only those at the vertices where they fail."""
     found = np.zeros(len(mesh.faces), np.bool_)
-    for patch, borders in failed.items():
+    for patch, vertices in failed.items():
         own = patches.of_triangle == patch
-        if local and borders is not None and max(borders) < len(patches.chains):
+        if local and vertices is not None:
             near = np.zeros(len(mesh.vertices), np.bool_)
-            near[np.concatenate([patches.chains[number].vertices for number in borders])] = True
+            near[list(vertices)] = True
             own &= near[mesh.faces].any(axis=1)
         found |= own
     return found

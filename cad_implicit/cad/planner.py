@@ -19,6 +19,7 @@ from .geometry import (
     STRAIGHT,
     Look,
     Span,
+    Spline,
     Surface,
     away_from,
     curve_through,
@@ -35,10 +36,15 @@ from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex, Topology
 EDGE = 1e-3
 LEAST = 1e-7
 
-#: Points along an edge by which its curves on faces are made; more until these are within so many mm of it.
+#: Points along an edge by which its curves on faces are made, or the knots of its own curve; more where these are not
+#: within so many mm of it, up to a number.
 _POINTS = 12
 _MOST = 200
 _FINE = 1e-6
+
+
+#: Curves on a face meet if they are nearer to each other than this share of what all its borders take up.
+_MEET = 0.02
 
 
 class _AstrayError(InvalidMeshError):
@@ -49,13 +55,21 @@ class _AstrayError(InvalidMeshError):
         self.borders, self.away = list(away), max(away.values())
 
 
+class _TipError(InvalidMeshError):
+    """A face ends in a point at which its surface has more than one place."""
+
+    def __init__(self, borders: list[tuple[int, bool]]) -> None:
+        super().__init__("a face ends in a point")
+        self.borders = borders
+
+
 class Planner:
     """Plans the solid of an outline.
 
     Attributes
     ----------
     failed : dict of int to set of int or None
-        Patches that cannot be put on their surfaces, and at which borders that is; None: anywhere.
+        Patches that cannot be put on their surfaces, and at which vertices of the mesh that is; None: anywhere.
     reasons : list of str
         Why, but for edges that are away from their faces.
     astray : float
@@ -97,13 +111,18 @@ class Planner:
         return None if self.failed else self._plan
 
     def blame_invalid(self, position: int, crossing: Sequence[int]) -> None:
-        """Add to the failed patches that of a face that a kernel finds invalid, at borders that cross if it tells."""
+        """Add to the failed patches that of a face that a kernel finds invalid.
+
+        At the borders that cross, if it tells; else beside triangles, which are what it does not like; else all.
+        """
         face, why = self.outline.faces[position], "the kernel finds a face invalid"
         self.reasons.append(why)
-        for number in crossing:
-            self._blame(face, self._beside[number], number, why)
-        if not crossing:
-            self._blame(face, [one for number in _borders(face) for one in self._beside[number]], None, why)
+        own = _borders(face)
+        facets = [n for n in own if any(one.label >= self._first_facet for one in self._beside[n])]
+        for number in [n for n in crossing if n in facets] or crossing or facets:
+            self._blame(face, self._beside[number], self._along(number), why)
+        if not crossing and not facets:
+            self._blame(face, [one for number in own for one in self._beside[number]], None, why)
 
     def _tried(self, face: Outlined) -> PlannedFace | None:
         try:
@@ -111,14 +130,24 @@ class Planner:
         except _AstrayError as error:
             self.astray = max(self.astray, error.away)
             for number in error.borders:
-                self._blame(face, self._beside[number], number, str(error))
+                self._blame(face, self._beside[number], self._along(number), str(error))
+        except _TipError as error:
+            self.reasons.append(str(error))
+            for number, ahead in error.borders:
+                along = self._along(number)
+                self._blame(face, [face], None if along is None else along[-1:] if ahead else along[:1], str(error))
         except Exception as error:  # the kernel raises its own family of errors, which differs between versions
             self.reasons.append(f"{type(error).__name__}: {error}")
             self._blame(face, [face], None, self.reasons[-1])
         return None
 
-    def _blame(self, face: Outlined, beside: list[Outlined], border: int | None, why: str) -> None:
-        """Mark as failed a face, or the blends beside it if it is of the part and there are any; at a border or all."""
+    def _along(self, number: int) -> list[int] | None:
+        """Vertices of the mesh along a border."""
+        chains = self.patches.chains
+        return chains[number].vertices.tolist() if number < len(chains) else None
+
+    def _blame(self, face: Outlined, beside: list[Outlined], near: list[int] | None, why: str) -> None:
+        """Mark as failed a face, or the blends beside it if it is of the part and has any; near vertices or all."""
         blends = [one for one in beside if self.count <= one.label < self._first_facet]
         if face.label < self.count and blends:
             guilty = blends
@@ -130,7 +159,7 @@ class Planner:
             raise InvalidMeshError(why)
         for one in guilty:
             known = self.failed.setdefault(one.patch, set())
-            self.failed[one.patch] = None if known is None or border is None else known | {border}
+            self.failed[one.patch] = None if known is None or near is None else known | set(near)
 
     # --- faces
 
@@ -157,7 +186,33 @@ class Planner:
         astray = {number: far for number, far in away.items() if far > EDGE}
         if astray:
             raise _AstrayError(astray)
+        if planned.own < 0 and not planned.facet:
+            self._check_tips(face)
         return planned
+
+    def _check_tips(self, face: Outlined) -> None:
+        """Find places where the borders of a blend meet, but their curves on it do not, as at the tip of a cone.
+
+        Raises
+        ------
+        _TipError
+            If there are any.
+        """
+        position = self._position[id(face)]
+        for loop in self.outline.wires(face):
+            ends = []
+            for number, ahead in loop:
+                edge = self._plan.edges[number]
+                flat = edge.on.get(position)
+                if flat is None:
+                    return  # a plane
+                both = flat.at(np.array([edge.span.low, edge.span.high]))
+                ends.append(both if ahead == self._runs_forward(number) else both[::-1])
+            gaps = np.abs(np.roll([first for first, _ in ends], -1, axis=0) - [last for _, last in ends])
+            size = np.ptp(np.concatenate(ends), axis=0)
+            tips = np.flatnonzero((gaps > _MEET * np.where(size > 0, size, np.inf)).any(axis=1))
+            if len(tips):
+                raise _TipError([loop[tip] for tip in tips])
 
     def _untouched(self, face: Outlined) -> bool:
         numbers = [*_borders(face), *face.seams]
@@ -287,35 +342,17 @@ class Planner:
             vertex.tolerance = 1.01 * away + LEAST
 
     def _on_face(self, number: int, look: Look, centre: FloatArray, outlined: Outlined) -> float:
-        """Put an edge's curve onto a face, unless the face is plane or the edge was there before.
-
-        Returns
-        -------
-        float
-            How far in mm the edge is from the face; nothing is done if that is too much.
-        """
+        """Put an edge's curve onto a face, unless plane or there before, or too far off; tell in mm how far it is."""
         border, edge = self.outline.borders[number], self._edge(number)
         if border.edge >= 0 and outlined.label in self.own.edges[border.edge].faces:
             return 0.0
         span = self._span(number)
-        count, away = _POINTS, np.inf
-        while True:
-            parameters = np.linspace(span.low, span.high, count)
-            found = look.places(span.at(parameters))
-            if look.plane:
-                flat, away = None, away_from(span, look, parameters, found)
-                break
-            unwrap(found, look, centre)
-            middle = (parameters[1:] + parameters[:-1]) / 2
-            flat = straight_curve(parameters, found)  # areas and volumes by the kernel are best beside lines
-            away = away_from(span, look, middle, flat.at(middle))
-            if away < STRAIGHT:
-                break
-            flat = flat_curve(parameters, found)
-            away = max(away_from(span, look, parameters, found), away_from(span, look, middle, flat.at(middle)))
-            if away < _FINE or count >= _MOST:
-                break
-            count *= 2
+        flat, away = None, np.inf
+        if look.plane:
+            parameters = np.linspace(span.low, span.high, _POINTS)
+            away = away_from(span, look, parameters, look.places(span.at(parameters)))
+        else:
+            flat, away = _flattened(span, look, centre)
         if away > EDGE:
             return away
         self.worst = max(self.worst, away)
@@ -326,6 +363,29 @@ class Planner:
         if flat is not None:
             edge.on[self._position[id(outlined)]] = flat
         return away
+
+
+def _flattened(span: Span, look: Look, centre: FloatArray) -> tuple[Spline, float]:
+    """Curve on a surface, around a place (2,) where that is closed, and how far in mm it is from another curve."""
+    parameters = np.linspace(span.low, span.high, _POINTS)
+    if isinstance(span.curve, Spline):
+        knots = span.curve.knots[:: max(1, len(span.curve.knots) // _MOST)]
+        inner = knots[(knots > span.low) & (knots < span.high)]
+        parameters = np.unique(np.concatenate([parameters[[0, -1]], inner])) if len(inner) > _POINTS else parameters
+    while True:
+        found = look.places(span.at(parameters))
+        unwrap(found, look, centre)
+        middle = (parameters[1:] + parameters[:-1]) / 2
+        flat = straight_curve(parameters, found)  # areas and volumes by the kernel are best beside lines
+        away = away_from(span, look, middle, flat.at(middle))
+        if away < STRAIGHT:
+            return flat, away
+        flat = flat_curve(parameters, found)
+        off = np.linalg.norm(look.at(flat.at(middle)) - span.at(middle), axis=1)
+        rough = off > _FINE
+        if not rough.any() or len(parameters) >= _MOST:
+            return flat, max(float(off.max()), away_from(span, look, parameters, found))
+        parameters = np.sort(np.concatenate([parameters, middle[rough]]))
 
 
 def _borders(face: Outlined) -> list[int]:

@@ -20,8 +20,9 @@ _CLOSED_FORM = ("Plane", "Cylinder", "Cone", "Sphere", "Toroid")
 #: Free-form surfaces are sampled so often between two knots, and at least so often, along u and v; curves the same.
 _BETWEEN, _LEAST = 4, 24
 
-#: Newton's method stops at steps below this share of the range of parameters, or after so many steps.
-_STEP, _STEPS = 1e-13, 30
+#: Newton's method stops at steps below this share of the range of parameters, after which the error is its square, or
+#: after so many steps.
+_STEP, _STEPS = 1e-9, 20
 
 
 class SurfaceLook:
@@ -74,27 +75,33 @@ class SurfaceLook:
         places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
         return places, cKDTree(self.at(places))
 
-    def _refined(self, place: FloatArray, point: FloatArray) -> FloatArray:
-        """Nearest place (2,) to a point (3,), from one near it, by Gauss and Newton."""
-        size = np.ptp(self._window, axis=1)
+    def _refined(self, place: FloatArray, point: FloatArray) -> tuple[float, float]:
+        """Nearest place to a point (3,), from one near it, by Gauss and Newton; in plain numbers, which is fastest."""
+        surface, target = self.surface, vector(point)
+        (low_u, high_u), (low_v, high_v) = self.bounds.tolist()
+        size_u, size_v = np.ptp(self._window, axis=1).tolist()
+        u, v = place.tolist()
         for _ in range(_STEPS):
-            off = self.at(place[None])[0] - point
-            slopes = np.stack(self._slopes(*place.tolist()), axis=1)
-            step = np.linalg.lstsq(slopes, -off, rcond=None)[0]
-            step = np.clip(step, -0.1 * size, 0.1 * size)
-            moved = place + step
-            for axis in (0, 1):
-                if not self.closed[axis]:
-                    moved[axis] = np.clip(moved[axis], *self.bounds[axis])
-            done = bool((np.abs(moved - place) <= _STEP * size).all())
-            place = moved
-            if done:
+            off, du, dv = target - surface.value(u, v), surface.getDN(u, v, 1, 0), surface.getDN(u, v, 0, 1)
+            a, b, c, d, e = du.dot(du), du.dot(dv), dv.dot(dv), du.dot(off), dv.dot(off)
+            area = a * c - b * b
+            if area <= 0:
                 break
-        for axis in (0, 1):
-            if self.closed[axis]:
-                low, high = self.bounds[axis]
-                place[axis] = low + (place[axis] - low) % (high - low)
-        return place
+            step_u = min(max((c * d - b * e) / area, -0.1 * size_u), 0.1 * size_u)
+            step_v = min(max((a * e - b * d) / area, -0.1 * size_v), 0.1 * size_v)
+            before = u, v
+            u = _within(u + step_u, low_u, high_u, self.closed[0])
+            v = _within(v + step_v, low_v, high_v, self.closed[1])
+            if abs(u - before[0]) <= _STEP * size_u and abs(v - before[1]) <= _STEP * size_v:
+                break
+        return u, v
+
+
+def _within(parameter: float, low: float, high: float, closed: bool) -> float:
+    """Parameter within its bounds: moved by a turn where the surface is closed, else to the nearest end."""
+    if low <= parameter <= high:
+        return parameter
+    return low + (parameter - low) % (high - low) if closed else min(max(parameter, low), high)
 
 
 class CurveLook:

@@ -80,7 +80,7 @@ $(VENV_FREECAD)/ready: pyproject.toml
 	$(VENV_FREECAD)/bin/python -c "import numpy, scipy; print(f'numpy=={numpy.__version__}\nscipy=={scipy.__version__}')" \
 		> $(VENV_FREECAD)/constraints.txt
 	$(VENV_FREECAD)/bin/python $(PIP) -c $(VENV_FREECAD)/constraints.txt numba manifold3d scikit-image trimesh lxml \
-		networkx pynrrd psutil typer rich pytest hypothesis
+		networkx pynrrd psutil typer rich plotly pytest hypothesis
 	touch $@
 
 clean:

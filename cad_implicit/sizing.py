@@ -144,7 +144,7 @@ def choose_spacing(
         raise MemoryLimitError(
             f"a radius of {radius:g} mm is too small for all of a part of {float(np.linalg.norm(high - low)):.3g} mm: "
             f"half of it as spacing needs {need:.3g} GiB, but {budget / 2**30:.1f} GiB may be used; use a larger "
-            "radius, or choose edges"
+            "radius; on closed parts, choose edges"
         )
     if spacing is None:
         return max(default, smallest)
@@ -171,7 +171,7 @@ def unresolved(spacing: float, radius: float) -> list[str]:
     SpacingError
         If it is not resolved at all.
     """
-    if spacing > radius * (1 + 1e-9):
+    if spacing > positive("radius", radius) * (1 + 1e-9):
         raise SpacingError(
             f"a spacing of {spacing:g} mm does not resolve a radius of {radius:g} mm; use at most half of that, better "
             f"{radius / CELLS_PER_RADIUS:.3g} mm"

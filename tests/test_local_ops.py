@@ -257,7 +257,12 @@ def test_small_radius_on_a_large_part(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ci.round(part, 0.3, edges="all", spacing=fits).spacing == fits
     leaky = ci.Mesh(part.vertices, part.faces[:-1])
     with pytest.warns(GeometryWarning, match="not closed"):
-        assert ci.round(leaky, 0.3, edges="convex").spacing > 0.1
+        assert ci.round(leaky, 1.2, edges="convex").spacing > 0.4
+    with (
+        pytest.warns(GeometryWarning, match="not closed"),
+        pytest.raises(MemoryLimitError, match="too small for all of a part"),
+    ):
+        ci.round(leaky, 0.3, edges="convex")
     monkeypatch.setattr(sizing, "TRIANGLE_LIMIT", 10**5)
     with pytest.raises(RefusedError, match="million triangles"):
         ci.run(part, "round", 0.3, edges="all")

@@ -141,18 +141,23 @@ def against_kernel(
 
 
 def by_rolling_ball(
-    result: Mesh, part: MeshDistance, blend: LocalBlend | None, radius: float, spacing: float
+    result: Mesh, part: MeshDistance, blend: LocalBlend | None, radius: float, spacing: float, sign: float
 ) -> Measured:
     """Errors of the result by the ball alone, where there is no exact solid.
 
     On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces; on
     global ones how much farther or nearer than the radius the nearest centre of a free ball is. Points on the part are
-    counted as unchanged, with their distance to it.
+    counted as unchanged, with their distance to it; so are those on the side of it where no blend of this kind is, as
+    chords of curved faces are.
+
+    Parameters are those of :func:`against_kernel`.
     """
     some, triangles = surface_samples(result, _SAMPLES)
     points = np.concatenate([result.vertices, some])
     value = part(points)
     unchanged = np.abs(value) <= _OFF * spacing
+    if blend is None:
+        unchanged |= sign * value < 0
     errors = np.where(unchanged, -value, np.nan)
     asked = np.flatnonzero(~unchanged)
     if len(asked) > _CHECKED:

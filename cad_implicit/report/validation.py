@@ -277,7 +277,7 @@ def measure(
     if truth is not None and truth.ok:
         measured = against_kernel(outcome.mesh, truth, part, blend, radius, outcome.spacing, _SIGNS[operation])
     else:
-        measured = by_rolling_ball(outcome.mesh, part, blend, radius, outcome.spacing)
+        measured = by_rolling_ball(outcome.mesh, part, blend, radius, outcome.spacing, _SIGNS[operation])
     told, nature = np.isfinite(measured.judged), measured.regions == REGIONS.index("differs by nature")
     found = {"all": statistics(measured.judged[told & ~nature], measured.points[told & ~nature])}
     if (told & nature).any():

@@ -38,6 +38,9 @@ _EDGE = 0.5
 _OFF = 0.02
 _CHECKED = 3000
 
+#: Which side of the part the blends of an operation are on: outside it, inside, on both.
+SIGNS = {"fillet": -1.0, "round": 1.0, "smooth": 0.0}
+
 REGIONS = ("blend", "unchanged", "sharp edges", "differs by nature", "kernel is off")
 
 

@@ -27,7 +27,7 @@ from cad_implicit.sizing import Engine
 
 from .bending import Bending, bending
 from .health import Health, health
-from .measuring import REGIONS, Measured, against_kernel, by_rolling_ball
+from .measuring import REGIONS, SIGNS, Measured, against_kernel, by_rolling_ball
 from .statistics import Statistics, statistics
 
 if TYPE_CHECKING:
@@ -45,7 +45,6 @@ _FADING = 0.2
 LEVELS = (4.0, 2.0, 1.0, 0.5)
 
 _KINDS = {"fillet": ("concave",), "round": ("convex",), "smooth": ("convex", "concave")}
-_SIGNS = {"fillet": -1.0, "round": 1.0, "smooth": 0.0}
 
 
 @dataclass(frozen=True)
@@ -275,9 +274,9 @@ def measure(
     blend = outcome.shape if isinstance(outcome.shape, LocalBlend) else None
     part = part_of(outcome)
     if truth is not None and truth.ok:
-        measured = against_kernel(outcome.mesh, truth, part, blend, radius, outcome.spacing, _SIGNS[operation])
+        measured = against_kernel(outcome.mesh, truth, part, blend, radius, outcome.spacing, SIGNS[operation])
     else:
-        measured = by_rolling_ball(outcome.mesh, part, blend, radius, outcome.spacing, _SIGNS[operation])
+        measured = by_rolling_ball(outcome.mesh, part, blend, radius, outcome.spacing, SIGNS[operation])
     told, nature = np.isfinite(measured.judged), measured.regions == REGIONS.index("differs by nature")
     found = {"all": statistics(measured.judged[told & ~nature], measured.points[told & ~nature])}
     if (told & nature).any():

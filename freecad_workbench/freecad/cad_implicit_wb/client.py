@@ -179,7 +179,9 @@ class Task:
                 return
 
     def wait(self, timeout: float | None = None, on_tick: Callable[[Task], None] | None = None) -> bool:
-        """Wait until it is done, at most so many seconds; ``on_tick(task)`` is called 30 times a second.
+        """Wait until it is done, at most so many seconds.
+
+        ``on_tick(task)`` is called at each piece of news, and at least 30 times a second.
 
         Returns
         -------
@@ -191,7 +193,6 @@ class Task:
         while not self.done and (end is None or time.monotonic() < end):
             with contextlib.suppress(queue.Empty):
                 self._note(self._news.get(timeout=_TICK))
-            self.poll()
             if on_tick is not None and not self.done:
                 on_tick(self)
         return self.done

@@ -20,7 +20,7 @@ from cad_implicit.open_faces import near_kept_faces
 from cad_implicit.ops import fillet as fill
 from cad_implicit.outcome import Outcome
 from cad_implicit.parting import to_part
-from cad_implicit.report.measuring import by_rolling_ball
+from cad_implicit.report.measuring import SIGNS, by_rolling_ball
 from cad_implicit.sizing import TESSELLATION_PER_SPACING, choose_spacing, error_bound, limit_memory
 from cad_implicit.solid_job import worked
 
@@ -131,7 +131,8 @@ def errors(outcome: Outcome) -> FloatArray:
     amount = outcome.amount if isinstance(outcome.amount, float) else None
     if outcome.operation in ("fillet", "round", "smooth"):
         blend = outcome.shape if isinstance(outcome.shape, LocalBlend) else None
-        return by_rolling_ball(mesh, part, blend, amount or 1.0, outcome.spacing).at_vertices
+        sign = SIGNS[outcome.operation]
+        return by_rolling_ball(mesh, part, blend, amount or 1.0, outcome.spacing, sign).at_vertices
     value = part(mesh.vertices)
     if outcome.operation == "offset" and amount is not None:
         return -amount - value

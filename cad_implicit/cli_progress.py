@@ -1,14 +1,13 @@
-"""Progress of the command line: a bar on a terminal, a word when kernels are compiled, and Ctrl-C."""
+"""Progress of the command line: a bar on a terminal, and Ctrl-C."""
 
 from __future__ import annotations
 
+import logging
 import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
-
-import typer
 
 if TYPE_CHECKING:
     from .parallel import Progress
@@ -16,27 +15,25 @@ if TYPE_CHECKING:
 
 @contextmanager
 def progress_bar(silent: bool) -> Iterator[Progress]:
-    """Progress bar on a terminal; nothing in a pipe. Says once when kernels are being compiled. Ctrl-C cancels."""
+    """Progress bar on a terminal; nothing in a pipe. Ctrl-C cancels."""
     with _interruptible() as check:
         if silent:
+            logging.getLogger("cad_implicit").setLevel(logging.ERROR)
+        if silent or not sys.stderr.isatty():
             yield check
             return
-        with _compile_notice():
-            if not sys.stderr.isatty():
-                yield check
-                return
-            from rich.console import Console
-            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-            columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
-            with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-                task = bar.add_task("start", total=1.0)
+        columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("start", total=1.0)
 
-                def show(stage: str, fraction: float) -> None:
-                    check(stage, fraction)
-                    bar.update(task, description=stage, completed=fraction)
+            def show(stage: str, fraction: float) -> None:
+                check(stage, fraction)
+                bar.update(task, description=stage, completed=fraction)
 
-                yield show
+            yield show
 
 
 @contextmanager
@@ -67,23 +64,3 @@ def _interruptible() -> Iterator[Progress]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _compile_notice() -> Iterator[None]:
-    """Say so, once, when a kernel is compiled for the first time on this machine."""
-    from numba.core import event
-
-    class Notice(event.Listener):  # type: ignore[misc]
-        said = False
-
-        def on_start(self, event: object) -> None:
-            if not self.said:
-                typer.echo("compiling kernels, once per machine (about a minute) …", err=True)
-            self.said = True
-
-        def on_end(self, event: object) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Notice()):
-        yield

@@ -39,6 +39,17 @@ _SMOOTH = 1e-7
 _SHORT = 1e-4
 
 
+#: Points along an edge by which its curves on faces are made, or the knots of its own curve; more where these are not
+#: within so many mm of it, up to a number.
+_ALONG = 12
+_PARAMETERS = 200
+_FINE = 1e-6
+
+#: Places in each piece of such a curve at which it is measured in the end. In the middles alone a curve around a letter
+#: was 1.14e-6 mm from its edge, and 1.76e-6 mm elsewhere: the kernel believes no tolerance that does not cover that.
+_BETWEEN = 8
+
+
 class Curve(Protocol):
     """A curve of the part, or a new one."""
 
@@ -251,6 +262,31 @@ def unwrap(found: FloatArray, surface: Look, centre: FloatArray) -> None:
         column[middle + 1 :] = column[middle] + np.cumsum(steps[middle:])
         column[:middle] = column[middle] - np.cumsum(steps[:middle][::-1])[::-1]
         column -= np.round((column[middle] - centre[axis]) / period) * period
+
+
+def flattened(span: Span, look: Look, centre: FloatArray) -> tuple[Spline, float]:
+    """Curve on a surface, around a place (2,) where that is closed, and how far in mm it is from another curve."""
+    parameters = np.linspace(span.low, span.high, _ALONG)
+    if isinstance(span.curve, Spline):
+        knots = span.curve.knots[:: max(1, len(span.curve.knots) // _PARAMETERS)]
+        inner = knots[(knots > span.low) & (knots < span.high)]
+        parameters = np.unique(np.concatenate([parameters[[0, -1]], inner])) if len(inner) > _ALONG else parameters
+    while True:
+        found = look.places(span.at(parameters))
+        unwrap(found, look, centre)
+        middle = (parameters[1:] + parameters[:-1]) / 2
+        flat = straight_curve(parameters, found)  # areas and volumes by the kernel are best beside lines
+        away = away_from(span, look, middle, flat.at(middle))
+        if away < STRAIGHT:
+            return flat, away
+        flat = flat_curve(parameters, found)
+        off = np.linalg.norm(look.at(flat.at(middle)) - span.at(middle), axis=1)
+        rough = off > _FINE
+        if not rough.any() or len(parameters) >= _PARAMETERS:
+            count = _BETWEEN * (len(parameters) - 1) + 1
+            fine = np.interp(np.linspace(0, len(parameters) - 1, count), np.arange(len(parameters)), parameters)
+            return flat, away_from(span, look, fine, flat.at(fine))
+        parameters = np.sort(np.concatenate([parameters, middle[rough]]))
 
 
 class Stretch(Protocol):

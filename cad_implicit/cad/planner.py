@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from cad_implicit.blend_labels import Outward
 from cad_implicit.blend_surfaces import StripPiece, StripSurface
@@ -16,19 +17,15 @@ from cad_implicit.outlines import Outline, Outlined
 from cad_implicit.patches import Patches
 
 from .geometry import (
-    STRAIGHT,
     Look,
     Span,
-    Spline,
     Surface,
     away_from,
     curve_through,
-    flat_curve,
     flat_surface,
+    flattened,
     primitive_surface,
-    straight_curve,
     strip_surface,
-    unwrap,
 )
 from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex, Topology
 
@@ -36,12 +33,8 @@ from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex, Topology
 EDGE = 1e-3
 LEAST = 1e-7
 
-#: Points along an edge by which its curves on faces are made, or the knots of its own curve; more where these are not
-#: within so many mm of it, up to a number.
+#: Points along an edge by which it is looked at.
 _POINTS = 12
-_MOST = 200
-_FINE = 1e-6
-
 
 #: Curves on a face meet if they are nearer to each other than this share of what all its borders take up.
 _MEET = 0.02
@@ -119,8 +112,10 @@ class Planner:
         self.reasons.append(why)
         own = _borders(face)
         facets = [n for n in own if any(one.label >= self._first_facet for one in self._beside[n])]
-        for number in [n for n in crossing if n in facets] or crossing or facets:
-            self._blame(face, self._beside[number], self._along(number), why)
+        guilty = [n for n in crossing if n in facets] or crossing or facets
+        for number in guilty:
+            others = [n for n in crossing if n != number]
+            self._blame(face, self._beside[number], self._where(number, others), why)
         if not crossing and not facets:
             self._blame(face, [one for number in own for one in self._beside[number]], None, why)
 
@@ -145,6 +140,16 @@ class Planner:
         """Vertices of the mesh along a border."""
         chains = self.patches.chains
         return chains[number].vertices.tolist() if number < len(chains) else None
+
+    def _where(self, number: int, others: Sequence[int]) -> list[int] | None:
+        """Vertices of the mesh along a border: those nearest to other borders, which it crosses, or all."""
+        along, lines = self._along(number), [line for n in others if (line := self._along(n)) is not None]
+        if along is None or not lines:
+            return along
+        points = self.mesh.vertices[along]
+        away = cKDTree(self.mesh.vertices[np.concatenate(lines)]).query(points)[0]
+        step = float(np.linalg.norm(np.diff(points, axis=0), axis=1).max())
+        return [vertex for vertex, far in zip(along, away.tolist(), strict=True) if far <= away.min() + step]
 
     def _blame(self, face: Outlined, beside: list[Outlined], near: list[int] | None, why: str) -> None:
         """Mark as failed a face, or the blends beside it if it is of the part and has any; near vertices or all."""
@@ -352,7 +357,7 @@ class Planner:
             parameters = np.linspace(span.low, span.high, _POINTS)
             away = away_from(span, look, parameters, look.places(span.at(parameters)))
         else:
-            flat, away = _flattened(span, look, centre)
+            flat, away = flattened(span, look, centre)
         if away > EDGE:
             return away
         self.worst = max(self.worst, away)
@@ -363,29 +368,6 @@ class Planner:
         if flat is not None:
             edge.on[self._position[id(outlined)]] = flat
         return away
-
-
-def _flattened(span: Span, look: Look, centre: FloatArray) -> tuple[Spline, float]:
-    """Curve on a surface, around a place (2,) where that is closed, and how far in mm it is from another curve."""
-    parameters = np.linspace(span.low, span.high, _POINTS)
-    if isinstance(span.curve, Spline):
-        knots = span.curve.knots[:: max(1, len(span.curve.knots) // _MOST)]
-        inner = knots[(knots > span.low) & (knots < span.high)]
-        parameters = np.unique(np.concatenate([parameters[[0, -1]], inner])) if len(inner) > _POINTS else parameters
-    while True:
-        found = look.places(span.at(parameters))
-        unwrap(found, look, centre)
-        middle = (parameters[1:] + parameters[:-1]) / 2
-        flat = straight_curve(parameters, found)  # areas and volumes by the kernel are best beside lines
-        away = away_from(span, look, middle, flat.at(middle))
-        if away < STRAIGHT:
-            return flat, away
-        flat = flat_curve(parameters, found)
-        off = np.linalg.norm(look.at(flat.at(middle)) - span.at(middle), axis=1)
-        rough = off > _FINE
-        if not rough.any() or len(parameters) >= _MOST:
-            return flat, max(float(off.max()), away_from(span, look, parameters, found))
-        parameters = np.sort(np.concatenate([parameters, middle[rough]]))
 
 
 def _borders(face: Outlined) -> list[int]:

@@ -63,8 +63,8 @@ class Child:
     def _start(self, command: list[str]) -> None:
         self._killed = False
         self._words: collections.deque[str] = collections.deque(maxlen=_LAST_WORDS)
-        flags = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
-        self._process = subprocess.Popen(
+        flags: Any = {"creationflags": getattr(subprocess, "CREATE_NO_WINDOW", 0)} if sys.platform == "win32" else {}
+        self._process: Any = subprocess.Popen(  # its streams are pipes, never None
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=_environment(), **flags
         )
         self._listener = threading.Thread(target=self._listen, args=(self._process.stderr,), daemon=True)
@@ -121,8 +121,8 @@ def commands() -> Iterator[list[str]]:
     found = [sys.executable] if Path(sys.executable or "").name.startswith("python") else []
     for folder in (App.ConfigGet("BinPath"), Path(App.getHomePath(), "bin"), Path(sys.prefix, "bin"), sys.prefix):
         found += [str(path) for name in names if (path := Path(folder, name + suffix)).is_file()]
-    found += [path for name in names if (path := shutil.which(name))]
-    for python in dict.fromkeys(found):
+    found += [which for name in names if (which := shutil.which(name))]
+    for python in dict.fromkeys(str(path) for path in found):
         yield [python, str(_WORKER)]
     for name in ("freecadcmd", "FreeCADCmd"):
         beside = Path(App.ConfigGet("BinPath"), name + suffix)

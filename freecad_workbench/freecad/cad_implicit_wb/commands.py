@@ -73,7 +73,7 @@ class OperationCommand(Command):
         names = [n for n in found[0].names if n.startswith(OPERATIONS[self.operation].elements or " ")]
         tool = found[1].object if self.operation == "boolean" else None
         kind = "Mesh" if selection.is_mesh(found[0].object) else "Solid"
-        values = {"Tolerance": preferences.tolerance()}
+        values: dict[str, Any] = {"Tolerance": preferences.tolerance()}
         if "Engine" in properties.inputs_of(self.operation):
             values["Engine"] = preferences.engine()
         obj = making.make(document, self.operation, found[0].object, names, tool=tool, result=kind, **values)

@@ -125,6 +125,7 @@ def _shape(obj: Any, tolerance: float | None) -> Any:
         return sources.placed(*sources.located(obj))
     request, placement = solid_request(obj, tolerance)
     answer = feature.answered(request, obj.Label)
+    assert answer.brep is not None  # a solid was asked for
     return sources.placed(sources.shape_of(answer.brep), placement)
 
 

@@ -127,15 +127,15 @@ def strip_area(lengths: Any, radius: float) -> float:
 def _work(request: Request) -> tuple[str, float, float]:
     """Kind of work, number of cells, and spacing in mm."""
     if request.operation == "solid":
+        assert request.mesh is not None
         return "triangles", float(len(request.mesh[1])), 0.0
     size, options = _size(request), request.options
-    radii = list((request.edges or {}).values()) or [request.amount]
+    radii = list((request.edges or {}).values()) or [request.amount or 0.0]
     extent = np.subtract(size.bounds[1], size.bounds[0])
     radius = min((abs(r) for r in radii if r), default=float(np.linalg.norm(extent)))
-    local = request.edges is not None
     area = (
         strip_area([size.edges[n - 1].Length for n in request.edges if n <= len(size.edges)], radius)
-        if local
+        if request.edges is not None
         else _box_area(extent)
     )
     h = options.get("spacing") or 0.0
@@ -145,10 +145,10 @@ def _work(request: Request) -> tuple[str, float, float]:
         h = default_spacing(size.bounds, radius * (RADIUS_PER_WALL if request.operation == "infill" else 1.0))
         if options.get("tolerance"):
             h = min(2 * h, 2 * math.sqrt(options["tolerance"] * radius))
-        elif not local and request.operation in COARSER and options.get("result") != "mesh":
+        elif request.edges is None and request.operation in COARSER and options.get("result") != "mesh":
             coarse = math.sqrt(TRIANGLES_PER_CELL * _box_area(extent) / FACETED_TRIANGLES)
             h = max(h, min(coarse, radius / FEWEST_CELLS_PER_RADIUS))
-    if local:
+    if request.edges is not None:
         return "edges", area / h**2, h
     if options.get("engine") == "reinit" and not options.get("draft"):
         margin = 2 * max(request.amount or 0.0, 0.0)

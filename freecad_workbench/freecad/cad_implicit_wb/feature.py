@@ -145,7 +145,7 @@ class Operation:
     __getstate__ = dumps
     __setstate__ = loads
 
-    def amount(self, obj: Any) -> float | None:
+    def amount(self, obj: Any) -> float:
         """Amount of a Request in mm."""
         return float(getattr(obj, properties.OPERATIONS[self.operation][0].name))
 
@@ -235,6 +235,7 @@ class Operation:
         if is_mesh_feature(obj):
             obj.Mesh = sources.mesh_of(answer.vertices, answer.faces)
         else:
+            assert answer.brep is not None  # a solid was asked for
             obj.Shape = sources.shape_of(answer.brep)
         obj.ErrorBound = -1.0 if answer.error_bound is None else answer.error_bound
         obj.ExactShare, obj.EngineUsed, obj.Seconds = answer.exact_share, answer.engine, answer.seconds

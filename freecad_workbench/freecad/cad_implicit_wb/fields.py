@@ -84,7 +84,7 @@ class BoolField:
         self._changed()
 
 
-_FIELDS = {
+_FIELDS: dict[str, Callable[[Any, str, Changed], Any]] = {
     "App::PropertyLength": LengthField,
     "App::PropertyDistance": LengthField,
     "App::PropertyEnumeration": ChoiceField,

@@ -74,7 +74,7 @@ OPERATIONS = {
         translate("Hollow a part out, with faces left open"),
         "shell",
         ("Thickness", "Direction"),
-        "Face",
+        ("Face",),
     ),
     "infill": Operation(
         translate("Infill"),

@@ -105,7 +105,9 @@ class OperationPanel:
             self._preview_soon.start()
 
     def _elements_changed(self) -> None:
-        self.obj.Proxy.set_elements(self.obj, self.form.elements.names, self.form.elements.own_radii)
+        chosen = self.form.elements
+        assert chosen is not None  # only its list calls this
+        self.obj.Proxy.set_elements(self.obj, chosen.names, chosen.own_radii)
         self._mark()
         self.changed()
 
@@ -114,7 +116,7 @@ class OperationPanel:
         return (sources.located_mesh if sources.is_mesh(self.source) else sources.located)(self.source)[1]
 
     def _mark(self) -> None:
-        if not sources.is_mesh(self.source):
+        if self.form.elements is not None:
             self._overlay.mark(sources.located(self.source)[0], self.form.elements.names)
 
     def _estimate(self) -> None:

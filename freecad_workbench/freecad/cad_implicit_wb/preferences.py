@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import FreeCAD as App
 
 #: Where FreeCAD keeps them.
@@ -11,7 +13,7 @@ GROUP = "User parameter:BaseApp/Preferences/Mod/cad_implicit"
 ENGINES = ("exact", "reinit")
 
 
-def _group() -> object:
+def _group() -> Any:
     return App.ParamGet(GROUP)
 
 

@@ -73,10 +73,12 @@ class Element:
     @staticmethod
     def from_text(text: str) -> Element:
         """Element that :meth:`to_text` wrote."""
-        data = json.loads(text)
+        data: dict[str, Any] = json.loads(text)
         sides = tuple((kind, tuple(normal)) for kind, normal in data.pop("sides"))
         twins = tuple(tuple(middle) for middle in data.pop("twins"))
-        plain = {name: tuple(value) if isinstance(value, list) else value for name, value in data.items()}
+        plain: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in data.items()
+        }
         return Element(**plain, sides=sides, twins=twins)
 
 
@@ -165,7 +167,7 @@ class Elements:
         bend = 0
         if len(beside) == 2:
             along = edge.tangentAt(parameter) * (-1 if beside[0][0].Orientation == "Reversed" else 1)
-            bend = _sign(float(np.dot(np.cross(*normals), tuple(along))))
+            bend = _sign(float(np.dot(np.cross(normals[0], normals[1]), tuple(along))))
         sides = []
         for (_, place), normal in zip(beside, normals, strict=True):
             surface = self._surfaces[place]
@@ -174,7 +176,8 @@ class Elements:
 
     def _face(self, name: str, face: Any) -> Element:
         kind, middle = _kind(face, "Surface"), face.CenterOfMass
-        direction, carrier = App.Vector(), ()
+        direction = App.Vector()
+        carrier: tuple[float, ...] = ()
         if kind == "Plane":
             direction = App.Vector(*_normal(face, middle))
         elif kind == "Cylinder":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import FreeCAD as App
 import FreeCADGui as Gui
@@ -13,6 +13,9 @@ from .error_colours import ErrorColours
 from .messages import tell_error
 from .operations import OPERATIONS
 from .qt import ICONS, QtWidgets, icon, translate
+
+if TYPE_CHECKING:
+    from .panel import OperationPanel
 
 # Here, as this module is imported with the first feature that is made or opened: recomputes leave the window alive.
 feature.waiting = running.wait_in_window
@@ -25,6 +28,7 @@ class ViewProvider:
     """View provider of all features. Saved files name this class: it must stay here and keep its name."""
 
     colours: ErrorColours | None = None
+    panel: OperationPanel | None = None
 
     def __init__(self, view: Any) -> None:
         view.Proxy = self
@@ -52,7 +56,8 @@ class ViewProvider:
 
     def onDelete(self, view: Any, _elements: Any) -> bool:  # noqa: N802
         """Show the sources again when the feature is deleted."""
-        self.colours.forget()
+        if self.colours is not None:
+            self.colours.forget()
         for source in _sources(view.Object):
             source.ViewObject.Visibility = True
         return True
@@ -70,7 +75,8 @@ class ViewProvider:
             return None
         from .panel import OperationPanel
 
-        self.colours.forget()
+        if self.colours is not None:
+            self.colours.forget()
         self.panel = OperationPanel(view.Object)
         Gui.Control.showDialog(self.panel)
         return True
@@ -92,10 +98,11 @@ class ViewProvider:
             else ("Mesh", translate("Result as a mesh"))
         )
         menu.addAction(label, lambda: retype(view.Object, other))
-        shown = menu.addAction(translate("Error in colours"))
-        shown.setCheckable(True)
-        shown.setChecked(self.colours.shown)
-        shown.triggered.connect(self.colours.toggle)
+        if self.colours is not None:
+            shown = menu.addAction(translate("Error in colours"))
+            shown.setCheckable(True)
+            shown.setChecked(self.colours.shown)
+            shown.triggered.connect(self.colours.toggle)
         return True
 
     # storing

@@ -166,7 +166,7 @@ def _boolean(part: OpenPart, radius: float, options: dict[str, Any], progress: P
     meshes = [item.mesh(TESSELLATION_PER_SPACING["exact"] * h) for item in (part, tool)]
     first, second = (MeshDistance(mesh, threads=options.get("threads")) for mesh in meshes)
     joined = {"union": first | second, "difference": first - second, "intersection": first & second}[options["kind"]]
-    shared = {"threads": options.get("threads"), "progress": progress}
+    shared: dict[str, Any] = {"threads": options.get("threads"), "progress": progress}
     if radius:
         joined = fill(joined, radius, spacing=h, engine="exact", **shared)
     mesh = contour(joined, h, **shared)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,18 +32,26 @@ _BREP_END = re.compile(rb"\*\s+[+-]\d+\s+\d+\s*$")
 #: The line of seven flags that each shape has.
 _BREP_FLAGS = re.compile(rb"^[01]{7}\s*$", re.MULTILINE)
 
+#: What the kernel's reader may take, in seconds (a process starts in about one) and bytes per second (it does 10 MB).
+_LEAST_SECONDS, _BYTES_PER_SECOND = 30.0, 2e5
+
+_READING = """
+import sys
+from OCP.BRep import BRep_Builder
+from OCP.BRepTools import BRepTools
+from OCP.TopoDS import TopoDS_Shape
+BRepTools.Read_s(TopoDS_Shape(), sys.argv[1], BRep_Builder())
+"""
+
 _STDOUT_LOCK = RLock()
 
 
 def read(path: Path) -> Shape:
-    """Shape of a STEP or BREP file in mm.
-
-    Raises
-    ------
-    FileFormatError
-        If the file is cut short, corrupt, or of another kind than its suffix says.
-    """
-    return read_product(path).shape
+    """Shape of a BREP file that :func:`write_product`, or :func:`write`, of this very machine wrote."""
+    shape = TopoDS_Shape()
+    with silence(), _no_stdout():
+        BRepTools.Read_s(shape, str(path), BRep_Builder())
+    return shape
 
 
 def read_product(path: Path) -> Product:
@@ -50,12 +60,12 @@ def read_product(path: Path) -> Product:
     Raises
     ------
     FileFormatError
-        As :func:`read`.
+        If the file is cut short, corrupt, or of another kind than its suffix says.
     """
     step = path.suffix.lower() in (".step", ".stp")
     try:
         with silence():
-            product = _read_step(path) if step else Product(_read_brep(path))
+            product = _read_step(path) if step else Product(_foreign_brep(path))
     except FileFormatError:
         raise
     except Exception as error:  # OCP raises its own family of errors, which differs between versions
@@ -104,7 +114,7 @@ def _faults(reader: Any) -> list[str]:
     return found
 
 
-def _read_brep(path: Path) -> Shape | None:
+def _foreign_brep(path: Path) -> Shape:
     """Read a text BREP, once it is seen to be whole: on a cut one the kernel's reader may never come back."""
     data = path.read_bytes()
     table = re.search(rb"^TShapes (\d+)", data, re.MULTILINE)
@@ -115,10 +125,27 @@ def _read_brep(path: Path) -> Shape | None:
     shapes, expected = len(_BREP_FLAGS.findall(data, table.end())), int(table[1])
     if shapes < expected:
         raise FileFormatError(f"{path} is corrupt: it holds {shapes:,} of {expected:,} shapes; export it again")
-    del data
-    shape = TopoDS_Shape()
-    with _no_stdout():
-        return shape if BRepTools.Read_s(shape, str(path), BRep_Builder()) else None
+    if not _comes_back(path, _LEAST_SECONDS + len(data) / _BYTES_PER_SECOND):
+        raise FileFormatError(f"{path} is corrupt: the CAD kernel hangs or crashes when it reads it; export it again")
+    return read(path)
+
+
+def _comes_back(path: Path, limit: float) -> bool:
+    """Whether the kernel's reader does: at words where it wants numbers it reads for ever. A process of its own tries.
+
+    Parameters
+    ----------
+    limit : float
+        Seconds that it may take.
+    """
+    if getattr(sys, "frozen", False) or not sys.executable:  # no interpreter to try it with
+        return True
+    command = [sys.executable, "-c", _READING, str(path)]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=limit, check=False)
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode >= 0
 
 
 @contextmanager

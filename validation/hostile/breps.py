@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -87,6 +88,12 @@ def files() -> Iterator[tuple[str, str, Callable[[Path], None]]]:
         "words for numbers",
         ".step",
         _edited(part, lambda data: data.replace(b"CARTESIAN_POINT('',(", b"CARTESIAN_POINT('',(NAN,", 3)),
+    )
+    yield "words for numbers", ".brep", _edited(part, lambda data: data.replace(b"\nVe\n", b"\nVe\nwords for ", 1))
+    yield (
+        "a word in an edge",
+        ".brep",
+        _edited(part, lambda data: re.sub(rb"(\nEd\n.*\n1  )", rb"\1first ", data, count=1)),
     )
     yield "a BREP called STEP", ".step", _as(".brep", part)
     yield "a STEP called BREP", ".brep", _as(".step", part)

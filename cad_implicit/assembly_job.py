@@ -16,7 +16,6 @@ from .errors import CadImplicitError, GeometryWarning, SelectorError
 from .job import run
 from .outcome import Outcome
 from .parallel import Progress, no_progress
-from .parting import to_part
 
 #: Edges chosen by their numbers, which are those of the whole.
 _NUMBERS = re.compile(r"[\d\s,]+")
@@ -64,6 +63,8 @@ def run_assembly(
             f"edge numbers are those of a single part, and {assembly.name} is an assembly of {len(assembly.parts)}, "
             "worked on part by part: choose edges by a selector, or concave, convex or all"
         )
+    from .parting import to_part
+
     outcomes: list[Outcome | None] = []
     solids: dict[int, SolidPart] = {}
     nothing: SelectorError | None = None

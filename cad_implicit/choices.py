@@ -17,6 +17,14 @@ from .rails import Choice, Radius
 #: several of them, or a mapping from any of them to a radius.
 Edges = Any
 
+#: Convexities of the edges that an operation takes.
+KINDS: dict[str, tuple[str, ...]] = {
+    "fillet": ("convex", "concave"),
+    "round": ("convex",),
+    "smooth": ("convex", "concave"),
+    "chamfer": ("convex", "concave"),
+}
+
 #: Why edges cannot be blended, by their convexity.
 _UNFIT = {
     "smooth": "its faces turn by less than a degree: there is nothing to blend",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import warnings
 from copy import copy
 from functools import partial
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,14 @@ from .errors import EmptyResultError, GeometryWarning, SpacingError, tell
 from .exact import surface_of
 from .field import Field
 from .implicit import Implicit, polished
-from .local_blend import LocalBlend, is_sound
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .simplifying import has_manifold
 from .sizing import check_bounded
 from .transforms import Placed
+
+if TYPE_CHECKING:
+    from .local_blend import LocalBlend
 
 #: Values closer to zero than this fraction of the spacing are moved there: a vertex is never closer to a node, which
 #: would give triangles without area in the single precision of the marching cubes. Moves the surface by as much.
@@ -90,9 +92,9 @@ def contour(
     if h is None:
         raise SpacingError("give the spacing in mm at which this shape is to be contoured")
     check_bounded(shape.bounds)
-    part = shape.parent if isinstance(shape, LocalBlend) and h == shape.spacing and is_sound(shape.parent) else None
+    part = shape.kept_part(h) if hasattr(shape, "kept_part") else None
     if part is not None and has_manifold():
-        return cast(LocalBlend, shape).mesh(threads=threads, progress=progress)
+        return cast("LocalBlend", shape).mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
     mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)

@@ -13,13 +13,11 @@ import numpy as np
 
 from . import ops, shelling, sizing
 from .cad import open_part
-from .choices import Edges
+from .choices import KINDS, Edges
 from .contouring import contour
 from .distance import MeshDistance
 from .errors import GeometryWarning, RadiusError, RefusedError, SpacingError
 from .implicit import Implicit
-from .local_job import run_local
-from .local_ops import KINDS
 from .mesh import Mesh
 from .outcome import Clock, Outcome, crossings, leaks, repairs
 from .parallel import Progress, no_progress
@@ -113,6 +111,8 @@ def run(
         sizing.positive("simplify", simplify, SpacingError)
     if edges is not None or edge_radius or operation == "chamfer":
         _check_local(operation, amount, second, edges, edge_radius, engine)
+        from .local_job import run_local  # brings much that a ball on the whole part does not need
+
         return run_local(
             part,
             operation,

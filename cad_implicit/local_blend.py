@@ -112,6 +112,10 @@ class LocalBlend(Implicit):
             value, gradient = np.where(less, -f, value), np.where(less[:, None], -slope, gradient)
         return value, gradient
 
+    def kept_part(self, spacing: float) -> MeshDistance | None:
+        """Part whose own triangles a contour at this spacing keeps; none if it leaks or overlaps itself."""
+        return self.parent if spacing == self.spacing and is_sound(self.parent) else None
+
     def mesh(self, *, threads: int | None = None, progress: Progress = no_progress) -> Mesh:
         """Mesh of the result: the part's own triangles, but for the neighbourhood of the blends.
 

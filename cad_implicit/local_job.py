@@ -11,11 +11,11 @@ import numpy as np
 from . import sizing
 from .cad import OpenPart, open_part
 from .cad.edges import Edge, part_edges
-from .choices import Edges, choose
+from .choices import KINDS, Edges, choose
 from .contouring import contour
 from .errors import GeometryWarning, RadiusError, RefusedError
 from .local_blend import is_sound, strip_area
-from .local_ops import KINDS, blend
+from .local_ops import blend
 from .mesh import Mesh
 from .outcome import Clock, Outcome, crossings, leaks, plain, repairs
 from .parallel import Progress, no_progress

@@ -12,7 +12,7 @@ from typing import Any
 
 from .cad import OpenPart, open_part
 from .cad.edges import Edge, part_edges
-from .choices import Edges, choose
+from .choices import KINDS, Edges, choose
 from .contouring import contour
 from .distance import MeshDistance
 from .errors import CadImplicitError, SelectorError
@@ -22,14 +22,6 @@ from .local_blend import max_radius as _max_radius
 from .parallel import Progress, no_progress
 from .rails import Radius
 from .sizing import Engine, positive
-
-#: Convexities of the edges that an operation takes.
-KINDS: dict[str, tuple[str, ...]] = {
-    "fillet": ("convex", "concave"),
-    "round": ("convex",),
-    "smooth": ("convex", "concave"),
-    "chamfer": ("convex", "concave"),
-}
 
 
 def blend(

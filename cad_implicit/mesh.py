@@ -125,13 +125,10 @@ class Mesh:
     @cached_property
     def component_of_face(self) -> IntArray:
         """Number ``(F,)`` of the connected component (by shared vertices) of each triangle."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
+        from .kernels.linked import linked
 
-        count = len(self.vertices)
-        rows, cols = self.faces[:, [0, 1]].ravel(), self.faces[:, [1, 2]].ravel()
-        graph = coo_matrix((np.ones(len(rows), np.int8), (rows, cols)), (count, count))
-        labels = connected_components(graph, directed=False)[1][self.faces[:, 0]]
+        pairs = np.ascontiguousarray(self.faces[:, [0, 1, 1, 2]].reshape(-1, 2), np.int32)
+        labels = linked(len(self.vertices), pairs)[self.faces[:, 0]]
         return np.asarray(np.unique(labels, return_inverse=True)[1].ravel(), np.int32)
 
     @property

@@ -29,8 +29,6 @@ from .field import Field
 from .grid import Grid
 from .implicit import Implicit
 from .kernels.bvh import Tree
-from .local_blend import LocalBlend
-from .local_ops import blend
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .rails import Radius
@@ -150,6 +148,8 @@ def fillet(
     (True, True)
     """
     if edges is not None:
+        from .local_ops import blend
+
         return blend(
             "fillet", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
             threads=threads, progress=progress,
@@ -179,6 +179,8 @@ def round(  # the operation's name in CAD and in the paper
     thinner than twice the radius is deleted, with a GeometryWarning.
     """
     if edges is not None:
+        from .local_ops import blend
+
         return blend(
             "round", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
             threads=threads, progress=progress,
@@ -209,6 +211,8 @@ def smooth(
     results differ where both kinds of edge meet.
     """
     if edges is not None:
+        from .local_ops import blend
+
         return blend(
             "smooth", shape, radius, edges, tangent=tangent, spacing=spacing, tolerance=tolerance, engine=engine,
             threads=threads, progress=progress,
@@ -301,7 +305,7 @@ class Call:
         """Exact distance on the sides that matter, for the exact engine."""
         side: Literal["inside", "outside", "both"] = sides[0] if len(sides) == 1 else "both"
         source = self.source
-        if isinstance(source, LocalBlend):  # keeps the part's own triangles
+        if hasattr(source, "kept_part"):  # a LocalBlend: its contour keeps the part's own triangles
             source = MeshDistance(contour(source, threads=self.threads, progress=self.progress), threads=self.threads)
         part = exact.distance_to(source, self.spacing, side, threads=self.threads, progress=self.progress)
         if check and isinstance(part, MeshDistance):

@@ -19,7 +19,6 @@ from .field import Field, sample
 from .implicit import Implicit
 from .mesh import Mesh
 from .parallel import Progress
-from .parting import to_part
 from .rails import Radius
 from .sizing import Engine
 
@@ -75,6 +74,8 @@ class Outcome:
         if suffix.lower() in FIELD_EXTENSIONS:
             return self.field()
         if suffix.lower() in BREP_EXTENSIONS:
+            from .parting import to_part
+
             return described(to_part(self.shape, mesh=self.mesh, progress=progress), self.before.source)
         return self.mesh
 

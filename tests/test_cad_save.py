@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from cad_parts import ball, sampled
 
+import cad_implicit as ci
 from cad_implicit import Field, Function, Grid
 from cad_implicit.cad import FIELD_EXTENSIONS, INPUT_EXTENSIONS, OUTPUT_EXTENSIONS, check_output, save, to_mesh
 from cad_implicit.errors import FileFormatError
@@ -86,6 +88,22 @@ def test_outputs_are_checked_before_any_work(tmp_path: Path) -> None:
         check_output(tmp_path / "b.stl")
     assert check_output(str(tmp_path / "a.STL")) == tmp_path / "a.STL"
     assert set(OUTPUT_EXTENSIONS) == set(INPUT_EXTENSIONS) | set(FIELD_EXTENSIONS)
+
+
+def test_stl_is_what_trimesh_writes(tmp_path: Path) -> None:
+    mesh = ci.contour((ci.box((3, 2, 1)) | ci.sphere(1.1)).turned((0.48, -0.6, 0.64), 0.7), 0.3)
+    rows = np.dtype([("normal", "<f4", 3), ("rest", "<V38")])
+    own = ci.save(mesh, tmp_path / "a.stl").read_bytes()
+    theirs = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(file_type="stl")
+    assert own[:84] == theirs[:84]
+    first, second = (np.frombuffer(data[84:], rows) for data in (own, theirs))
+    assert (first["rest"] == second["rest"]).all()
+    assert np.abs(first["normal"] - second["normal"]).max() < 1e-6
+
+
+def test_stl_of_a_triangle_without_area_has_no_normal(tmp_path: Path) -> None:
+    flat = ci.Mesh([[0, 0, 0], [1, 0, 0], [3, 0, 0]], [[0, 1, 2]])
+    assert not np.frombuffer(ci.save(flat, tmp_path / "a.stl").read_bytes()[84:96], "<f4").any()
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, MemoryError, OSError(28, "No space left on device")])

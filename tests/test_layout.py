@@ -62,6 +62,12 @@ def test_import_and_help_are_light() -> None:
     assert not modules_after(code) & heavy
 
 
+def test_work_on_whole_parts_imports_nothing_for_chosen_edges() -> None:
+    code = "from cad_implicit import save, to_mesh, box, contour, fillet, run\nimport cad_implicit.cli_assembly"
+    heavy = {"scipy.spatial", "scipy.interpolate", "scipy.sparse", "trimesh", "skimage", "cad_implicit.local_blend"}
+    assert not modules_after(code) & heavy
+
+
 def test_public_names_are_complete_and_documented() -> None:
     for name in cad_implicit.__all__:
         assert getattr(cad_implicit, name).__doc__, name

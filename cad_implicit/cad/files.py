@@ -19,7 +19,7 @@ from cad_implicit.errors import FileFormatError, InvalidMeshError, MissingHostEr
 from cad_implicit.mesh import Mesh
 
 from .kernel import within_freecad
-from .mesh_bytes import safe_bytes
+from .mesh_bytes import safe_bytes, stl_bytes
 from .weld import welded
 
 STEP_EXTENSIONS = (".step", ".stp")
@@ -147,6 +147,9 @@ def write_mesh(mesh: Mesh, path: Path, kind: str) -> None:
 
     STL and PLY hold float32.
     """
+    if kind == ".stl":
+        path.write_bytes(stl_bytes(mesh))
+        return
     import trimesh
 
     body = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False, validate=False)

@@ -54,8 +54,7 @@ def _turned(mesh: Mesh) -> NDArray[np.bool_] | None:
 
     Two triangles at an edge that both run along it in one direction must not both stay.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+    from cad_implicit.kernels.linked import linked
 
     faces = mesh.faces.astype(np.int64)
     count = len(faces)
@@ -72,8 +71,7 @@ def _turned(mesh: Mesh) -> NDArray[np.bool_] | None:
     # each triangle is there twice, as it is and turned over; what must go together is linked
     rows = np.concatenate([one, one + count])
     columns = np.concatenate([other + count * differ, other + count * ~differ])
-    links = coo_matrix((np.ones(len(rows), np.int8), (rows, columns)), (2 * count, 2 * count))
-    label = connected_components(links, directed=False)[1]
+    label = linked(2 * count, np.stack([rows, columns], axis=1).astype(np.int32))
     kept, over = label[:count], label[count:]
     if (kept == over).any():  # a surface with one side
         return None

@@ -33,12 +33,9 @@ def groups(count: int, pairs: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
     first : (G,) int32
         One item of each group.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+    from cad_implicit.kernels.linked import linked
 
-    pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), (count, count))
-    label = np.asarray(connected_components(graph, directed=False)[1], np.int32)
+    label = linked(count, np.array(pairs, np.int32, order="C").reshape(-1, 2))
     return label, np.asarray(np.unique(label, return_index=True)[1], np.int32)
 
 

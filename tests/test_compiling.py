@@ -8,9 +8,11 @@ from pathlib import Path
 _SCRIPT = """
 import numpy as np
 from cad_implicit.kernels.halfspaces import nearest_feasible
+from cad_implicit.parallel import threads
 
 found = np.zeros(3)
-nearest_feasible(np.array([1.3, 0.4, 0.2]), np.array([[0.6, 0.8, 0.0]]), np.array([0.7]), 1, found)
+with threads():
+    nearest_feasible(np.array([1.3, 0.4, 0.2]), np.array([[0.6, 0.8, 0.0]]), np.array([0.7]), 1, found)
 print(found)
 """
 

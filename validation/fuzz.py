@@ -201,6 +201,8 @@ def main() -> int:
             found = child.fate(path, limit=1200.0)
             if found != "works":
                 raise AssertionError(f"the sound {suffix}: {found}")
+            path.write_bytes(sound[suffix][0][:-400])
+            child.fate(path, force=True, limit=1200.0)
         end = time.monotonic() + 60 * options.minutes
         while time.monotonic() < end:
             suffix = str(random.choice(list(sound)))

@@ -17,6 +17,9 @@ from .errors import InvalidMeshError, OpenMeshError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
+#: Coordinates beyond, in mm, are refused: their cubes, as in volumes, and the numbers of files would overflow.
+_FARTHEST = 1e30
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -61,9 +64,11 @@ class Mesh:
             raise InvalidMeshError(f"faces must be integers, not {f.dtype}")
         if f.min() < 0 or f.max() >= len(v):
             raise InvalidMeshError(f"faces name vertices {f.min()}..{f.max()}, but there are {len(v)}")
-        bad = int((~np.isfinite(v)).any(axis=1).sum())
+        bad = int((~(np.abs(v) <= _FARTHEST)).any(axis=1).sum())
         if bad:
-            raise InvalidMeshError(f"{bad} of {len(v)} vertices are not finite; remove them before meshing")
+            raise InvalidMeshError(
+                f"{bad} of {len(v)} vertices are not finite or beyond {_FARTHEST:g} mm; remove them before meshing"
+            )
         ids = None if face_ids is None else np.ascontiguousarray(face_ids, np.int32)
         if ids is not None and ids.shape != (len(f),):
             raise InvalidMeshError(f"face_ids must have one entry for each of {len(f)} faces, not {ids.shape}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -159,6 +160,10 @@ def write_mesh(mesh: Mesh, path: Path, kind: str) -> None:
             trimesh.Scene({name: body}).export(file, file_type="3mf")
         else:
             body.export(file, file_type=kind[1:])
+
+
+#: trimesh logs what it tried before it gives up, with tracebacks; what it gives up with is told by our own errors.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def read_mesh(path: Path) -> Mesh:

@@ -95,6 +95,11 @@ def files() -> Iterator[tuple[str, str, Callable[[Path], None]]]:
         ".brep",
         _edited(part, lambda data: re.sub(rb"(\nEd\n.*\n1  )", rb"\1first ", data, count=1)),
     )
+    yield (
+        "an entity that lacks its beginning",
+        ".step",
+        _edited(part, lambda data: data.replace(b"CARTESIAN_POINT('',(", b"V,", 1)),
+    )
     yield "a BREP called STEP", ".step", _as(".brep", part)
     yield "a STEP called BREP", ".brep", _as(".step", part)
     yield (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -259,6 +260,7 @@ def files() -> Iterator[tuple[str, str, Callable[[Path], None]]]:
     yield "corners counted from the end", ".obj", _bytes(_from_the_end(good))
     yield "faces of six corners", ".obj", _bytes(_polygons())
     yield "words for numbers", ".obj", _bytes(_obj(*good).replace(b"v ", b"v one ", 1))
+    yield "a coordinate of 1e308", ".obj", _bytes(re.sub(rb"v [^ ]+", b"v 1e308", _obj(*good), count=1))
     yield "cut short", ".ply", _ply(good, 0.6)
     yield "cut in its header", ".ply", _ply(good, 0.05)
     yield "4 billion faces in its header", ".ply", _boasting_ply(good)

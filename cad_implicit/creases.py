@@ -113,7 +113,10 @@ class Edges:
         angle = np.where(degree == 2, np.linalg.norm(turn, axis=1), np.nan)[self.ends]
         unknown = np.isnan(angle).all(axis=1)
         largest = np.where(unknown, np.inf, np.fmax(angle[:, 0], angle[:, 1]))
-        chosen = largest * length > 4 * _SAGITTA * spacing  # the sagitta is an eighth of the product on a circle
+        return self.some(largest * length > 4 * _SAGITTA * spacing)  # the sagitta is an eighth of it on a circle
+
+    def some(self, chosen: NDArray[np.bool_]) -> Edges:
+        """Keep some of them."""
         return Edges(self.ends[chosen], self.normals[chosen], self.triangle[chosen], self.corner[chosen])
 
 

@@ -14,12 +14,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import parallel
 from .creases import refine_creases
+from .cut_corners import mend_corners
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
 from .kernels import crossings, flat, hermite, projection, qef
@@ -347,8 +349,13 @@ class _Run:
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.between)
         position, faces, sharp = triangulate(pieces, self.kernels)
         position, faces = refine_creases(position, faces, sharp, self._onto_crease, self.bricks.spacing, self.kernels)
+        rough, look = (
+            partial(self.evaluate, function=f, stage="triangles", done=0.5)
+            for f in (self.implicit.value_and_gradient, self.look)
+        )
+        mesh = mend_corners(Mesh(position, faces), rough, look, self.bricks.spacing, self.threads)
         self.progress("triangles", 1.0)
-        return Mesh(position, faces)
+        return mesh
 
     def _onto_crease(
         self, points: FloatArray, normals: FloatArray, exactly: bool

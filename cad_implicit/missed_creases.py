@@ -70,33 +70,33 @@ def split_at_creases(mesh: Mesh, look: Evaluate, spacing: float, threads: int | 
     Mesh
         Closed; no triangles run through each other if none did.
     """
-    gradient = _units(look(mesh.vertices)[1])
+    gradient = units(look(mesh.vertices)[1])
     for number in range(_PASSES):
         mesh = _pass(mesh, gradient, number % 2, look, spacing, threads)
-        gradient = np.concatenate([gradient, _units(look(mesh.vertices[len(gradient) :])[1])])
+        gradient = np.concatenate([gradient, units(look(mesh.vertices[len(gradient) :])[1])])
     return mesh
 
 
 def _pass(mesh: Mesh, gradient: FloatArray, side: int, look: Evaluate, spacing: float, threads: int | None) -> Mesh:
     """Split edges at the crease that is next to the one or the other end."""
-    edges = _all_edges(mesh)
+    edges = paired_edges(mesh)
     ends = edges.ends[:, ::-1] if side else edges.ends
     chosen = np.flatnonzero((gradient[ends[:, 0]] * gradient[ends[:, 1]]).sum(axis=1) < _SHARP)
-    beside = _beside(mesh.vertices[ends[chosen]], look)
+    beside = beside_ends(mesh.vertices[ends[chosen]], look)
     on_crease = np.zeros(len(gradient), np.bool_)
     on_crease[ends[chosen][(gradient[ends[chosen]] * beside).sum(axis=2) < _SHARP]] = True
     along = np.setdiff1d(np.flatnonzero(on_crease[ends].all(axis=1)), chosen)
     chosen = np.concatenate([chosen, along])
-    beside = np.concatenate([beside, _beside(mesh.vertices[ends[along]], look)])
+    beside = np.concatenate([beside, beside_ends(mesh.vertices[ends[along]], look)])
     between = (beside[:, 0] * beside[:, 1]).sum(axis=1) < _SHARP
     chosen = chosen[between]
     ends = ends[chosen]
-    start, slopes = _next_crease(mesh.vertices[ends], beside[between], look)
+    start, slopes = next_crease(mesh.vertices[ends], beside[between], look)
     sharp = (slopes[:, 0] * slopes[:, 1]).sum(axis=1) < _SHARP
     chosen, ends, start, slopes = chosen[sharp], ends[sharp], start[sharp], slopes[sharp]
     if len(chosen) == 0:
         return mesh
-    point = _onto_crease(start, mesh.vertices[ends], look, spacing)
+    point = onto_crease(start, mesh.vertices[ends], look, spacing)
     away = np.linalg.norm(point[:, None] - mesh.vertices[ends], axis=2)
     near = away.min(axis=1) <= _ON_CREASE * spacing
     closest = ends[np.arange(len(ends)), away.argmin(axis=1)]
@@ -105,9 +105,9 @@ def _pass(mesh: Mesh, gradient: FloatArray, side: int, look: Evaluate, spacing: 
     wanted &= (np.abs(look(point)[0]) < _MISSED * spacing) & _turns(point, slopes, look, spacing)
     chosen, ends, point, near, closest = chosen[wanted], ends[wanted], point[wanted], near[wanted], closest[wanted]
     for _ in range(_TRIES):
-        result = _snapped(mesh, closest[near], point[near])
+        result = snapped(mesh, closest[near], point[near])
         rows = np.flatnonzero(~near)
-        rows = rows[_unfolded(result, edges, chosen[rows], point[rows], look)]
+        rows = rows[unfolded(result, edges, chosen[rows], point[rows], look)]
         faces = split_edges(mesh.faces, edges, chosen[rows], len(mesh.vertices)) if len(rows) else mesh.faces
         result = Mesh(np.concatenate([result.vertices, point[rows]]), faces)
         with parallel.threads(threads, len(faces)):
@@ -121,7 +121,7 @@ def _pass(mesh: Mesh, gradient: FloatArray, side: int, look: Evaluate, spacing: 
     return mesh
 
 
-def _snapped(mesh: Mesh, which: NDArray[np.int64], point: FloatArray) -> Mesh:
+def snapped(mesh: Mesh, which: NDArray[np.int64], point: FloatArray) -> Mesh:
     """Vertices (E,) moved to points (E, 3), as far as no triangle folds."""
     vertices = mesh.vertices.copy()
     vertices[which] = point
@@ -129,7 +129,7 @@ def _snapped(mesh: Mesh, which: NDArray[np.int64], point: FloatArray) -> Mesh:
         moved = (vertices != mesh.vertices).any(axis=1)
         touched = np.flatnonzero(moved[mesh.faces].any(axis=1))
         a, b, c = (vertices[mesh.faces[touched, k]] for k in range(3))
-        turned = (_units(np.cross(b - a, c - a)) * _units(mesh.face_vectors[touched])).sum(axis=1) < _SAME_SIDE
+        turned = (units(np.cross(b - a, c - a)) * units(mesh.face_vectors[touched])).sum(axis=1) < _SAME_SIDE
         if not turned.any():
             return Mesh(vertices, mesh.faces)
         back = mesh.faces[touched[turned]].ravel()
@@ -137,39 +137,43 @@ def _snapped(mesh: Mesh, which: NDArray[np.int64], point: FloatArray) -> Mesh:
     return mesh
 
 
-def _all_edges(mesh: Mesh) -> Edges:
-    """Edges of a closed mesh, without normals."""
+def paired_edges(mesh: Mesh) -> Edges:
+    """Edges that two triangles share, without normals."""
     start = mesh.faces.ravel().astype(np.int64)
     end = np.roll(mesh.faces, -1, axis=1).ravel().astype(np.int64)
-    count = len(mesh.vertices)
-    order = np.argsort(np.minimum(start, end) * count + np.maximum(start, end), kind="stable")
-    sides = order.reshape(-1, 2)
+    key = np.minimum(start, end) * len(mesh.vertices) + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    twin = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    sides = np.stack([order[twin], order[twin + 1]], axis=1)
     first = sides[:, 0]
     return Edges(np.stack([start[first], end[first]], axis=1), np.zeros((len(first), 0)), sides // 3, sides % 3)
 
 
-def _units(vectors: FloatArray) -> FloatArray:
+def units(vectors: FloatArray) -> FloatArray:
+    """Vectors (…, 3) of length 1, or 0."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(length > 0, length, 1.0))
 
 
-def _beside(ends: FloatArray, look: Evaluate) -> FloatArray:
+def beside_ends(ends: FloatArray, look: Evaluate) -> FloatArray:
     """Give the directions (E, 2, 3) of the gradient a little way from the ends (E, 2, 3) of edges towards each other.
 
     Just at the ends it may be of either side of a crease.
     """
     step = 0.5**_HALVINGS * (ends[:, 1] - ends[:, 0])
-    return np.stack([_units(look(ends[:, 0] + step)[1]), _units(look(ends[:, 1] - step)[1])], axis=1)
+    return np.stack([units(look(ends[:, 0] + step)[1]), units(look(ends[:, 1] - step)[1])], axis=1)
 
 
-def _next_crease(ends: FloatArray, beside: FloatArray, look: Evaluate) -> tuple[FloatArray, FloatArray]:
+def next_crease(
+    ends: FloatArray, beside: FloatArray, look: Evaluate, sharp: float = _SHARP
+) -> tuple[FloatArray, FloatArray]:
     """Where (E, 3) the gradient first jumps between ends, seen from the first of them; directions (E, 2, 3) there."""
     low, high = np.zeros(len(ends)), np.ones(len(ends))
     below, above = beside[:, 0], beside[:, 1]
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        normal = _units(look(ends[:, 0] + middle[:, None] * (ends[:, 1] - ends[:, 0]))[1])
-        same = (normal * below).sum(axis=1) > _SHARP
+        normal = units(look(ends[:, 0] + middle[:, None] * (ends[:, 1] - ends[:, 0]))[1])
+        same = (normal * below).sum(axis=1) > sharp
         low, high = np.where(same, middle, low), np.where(same, high, middle)
         below, above = np.where(same[:, None], normal, below), np.where(same[:, None], above, normal)
     place = ends[:, 0] + ((low + high) / 2)[:, None] * (ends[:, 1] - ends[:, 0])
@@ -178,13 +182,13 @@ def _next_crease(ends: FloatArray, beside: FloatArray, look: Evaluate) -> tuple[
 
 def _off_line(points: FloatArray, ends: FloatArray) -> FloatArray:
     """Distances (E,) from the lines through ends (E, 2, 3)."""
-    return np.asarray(np.linalg.norm(np.cross(points - ends[:, 0], _units(ends[:, 1] - ends[:, 0])), axis=1))
+    return np.asarray(np.linalg.norm(np.cross(points - ends[:, 0], units(ends[:, 1] - ends[:, 0])), axis=1))
 
 
-def _onto_crease(points: FloatArray, ends: FloatArray, look: Evaluate, spacing: float) -> FloatArray:
+def onto_crease(points: FloatArray, ends: FloatArray, look: Evaluate, spacing: float) -> FloatArray:
     """Move points onto the crease between the faces at the ends of their edges; to its corner if it ends before."""
     count = len(points)
-    along = _units(ends[:, 1] - ends[:, 0])
+    along = units(ends[:, 1] - ends[:, 0])
     towards = np.stack([-along, along, np.zeros_like(along)], axis=1)
     moved = points
     for number in (2, 3):
@@ -206,23 +210,23 @@ def _turns(points: FloatArray, slopes: FloatArray, look: Evaluate, spacing: floa
 
     Inside of a union it also jumps where one shape goes on in the other.
     """
-    above = points - _OUTSIDE * spacing * _units(slopes.sum(axis=1))
-    across = _ASIDE * spacing * _units(slopes[:, 0] - slopes[:, 1])
-    before, after = (_units(look(above + shift)[1]) for shift in (-across, across))
+    above = points - _OUTSIDE * spacing * units(slopes.sum(axis=1))
+    across = _ASIDE * spacing * units(slopes[:, 0] - slopes[:, 1])
+    before, after = (units(look(above + shift)[1]) for shift in (-across, across))
     return np.asarray((before * after).sum(axis=1) < _SHARP)
 
 
-def _unfolded(
+def unfolded(
     mesh: Mesh, edges: Edges, chosen: NDArray[np.intp], point: FloatArray, look: Evaluate
 ) -> NDArray[np.bool_]:
     """Whether the halves of the triangles beside edges face as they did, or as the surface does."""
     good = np.ones(len(chosen), np.bool_)
     for side in (0, 1):
         triangle, corner = edges.triangle[chosen, side], edges.corner[chosen, side]
-        before = _units(mesh.face_vectors[triangle])
+        before = units(mesh.face_vectors[triangle])
         a, b, c = (mesh.vertices[mesh.faces[triangle, (corner + k) % 3]] for k in range(3))
         for x, y in ((a, point), (point, b)):
-            after = _units(np.cross(y - x, c - x))
-            surface = -_units(look((x + y + c) / 3)[1])
+            after = units(np.cross(y - x, c - x))
+            surface = -units(look((x + y + c) / 3)[1])
             good &= np.maximum((after * before).sum(axis=1), (after * surface).sum(axis=1)) > _SAME_SIDE
     return good

@@ -115,7 +115,7 @@ class Edges:
         largest = np.where(unknown, np.inf, np.fmax(angle[:, 0], angle[:, 1]))
         return self.some(largest * length > 4 * _SAGITTA * spacing)  # the sagitta is an eighth of it on a circle
 
-    def some(self, chosen: NDArray[np.bool_]) -> Edges:
+    def some(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> Edges:
         """Keep some of them."""
         return Edges(self.ends[chosen], self.normals[chosen], self.triangle[chosen], self.corner[chosen])
 

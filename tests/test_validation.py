@@ -121,9 +121,9 @@ def test_the_nearest_free_centre() -> None:
     shape = box((10, 10, 10))
     on_round = np.array([[4.0 + np.sqrt(0.5), 4.0 + np.sqrt(0.5), 0.0]])
     inward = -np.array([[np.sqrt(0.5), np.sqrt(0.5), 0.0]])
-    assert nearest_centre(shape, on_round, inward, 1.0, 1.0) == pytest.approx(1.0, abs=1e-3)
+    assert nearest_centre(shape, on_round, inward, 1.0, 1.0)[0] == pytest.approx(1.0, abs=1e-3)
     at_edge = np.array([[5.0, 5.0, 0.0]])
-    assert nearest_centre(shape, at_edge, inward, 1.0, 1.0) == pytest.approx(np.sqrt(2), abs=1e-3)
+    assert nearest_centre(shape, at_edge, inward, 1.0, 1.0)[0] == pytest.approx(np.sqrt(2), abs=1e-3)
 
 
 def test_the_ball_that_rolls_off_an_end() -> None:
@@ -132,12 +132,12 @@ def test_the_ball_that_rolls_off_an_end() -> None:
     turn = np.pi / 4
     down = np.array([[-np.cos(turn), -np.sin(turn), 0.0]])
     middle, end = (2.0 * np.array([1, 1, 0]) + 2.0 * down + np.array([[0, 0, z]]) for z in (0.0, 4.8))
-    assert nearest_centre(shape, middle, -down, 2.0, -1.0) == pytest.approx(2.0, abs=2e-4)
+    assert nearest_centre(shape, middle, -down, 2.0, -1.0)[0] == pytest.approx(2.0, abs=2e-4)
     beyond = np.linspace(0.0, 2.0, 200_001)
     axis = np.sqrt(4.0 - beyond**2)  # touching the ends of both faces
     away = np.sqrt(2 * (axis - end[0, 0]) ** 2 + (beyond + 0.2) ** 2)
     assert away.min() < 1.995
-    found = nearest_centre(shape, end, -down, 2.0, -1.0)[0]
+    found = nearest_centre(shape, end, -down, 2.0, -1.0)[0][0]
     assert away.min() - 1e-6 < found < away.min() + 5e-3  # the search is no better, 2.5e-3 radii
 
 

@@ -46,8 +46,8 @@ class Judge(Protocol):
     def region(self) -> str:
         """Name of the region where it is right and the exact kernel is not."""
 
-    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> FloatArray:
-        """How far (N,) points (N, 3) are outside of the true surface in mm.
+    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far (N,) points (N, 3) are outside of the true surface in mm; free balls' centres (N, 3), or NaN.
 
         Parameters
         ----------
@@ -67,8 +67,8 @@ class FreeBall:
     sign: float
     region: str = "differs by nature"
 
-    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> FloatArray:
-        """How far (N,) points (N, 3) are outside of the true surface in mm."""
+    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far (N,) points (N, 3) are outside of the true surface in mm, and the balls' centres (N, 3)."""
         sides = np.full(len(points), self.sign)
         if self.sign == 0.0:
             value = self.part(points)
@@ -99,9 +99,10 @@ class BlendBalls:
                         return False
         return True
 
-    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> FloatArray:
+    def errors(self, points: FloatArray, normals: FloatArray, rough: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How far (N,) points (N, 3) are outside of the true surface in mm; infinite if the balls know nothing."""
-        return off_balls(points, self.blend) if self.centred else np.full(len(points), np.inf)
+        known = off_balls(points, self.blend) if self.centred else np.full(len(points), np.inf)
+        return known, np.full_like(points, np.nan)
 
 
 def explained(
@@ -116,7 +117,8 @@ def explained(
     """Whether the balls explain errors (N,) of points (N, 3), and what they tell instead, NaN if they do not know.
 
     Points of the result are explained by balls that are nearer to them. Points of the exact solid are if they are off
-    the balls themselves, and the points of the result that are nearest to them are not, or less so than it seemed.
+    the balls themselves, or in a free ball, and the points of the result that are nearest to them are not, or less so
+    than it seemed.
 
     Parameters
     ----------
@@ -161,12 +163,13 @@ def _asked(
     result: MeshDistance | None,
 ) -> tuple[NDArray[np.bool_], FloatArray]:
     """Whether the balls are right about points, all of them asked, and what they tell; see :func:`explained`."""
-    told = judge.errors(points, normals, errors)
+    told, _ = judge.errors(points, normals, errors)
     better = np.ones(len(points), np.bool_)
     if result is not None:
         better = np.abs(told) > _SUSPECT * radius
         found = result.closest(points)
-        told = judge.errors(found.point, unit(found.normal), errors)
+        told, centres = judge.errors(found.point, unit(found.normal), errors)
+        better |= np.linalg.norm(points - centres, axis=1) < (1 - _SUSPECT) * radius
     return better & (np.abs(told) < np.abs(errors) - _SUSPECT * radius), told
 
 

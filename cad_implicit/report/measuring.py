@@ -169,7 +169,7 @@ def by_rolling_ball(
         errors[asked] = off_balls(points[asked], blend)
     else:
         normals = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
-        errors[asked] = ball_errors(part, points[asked], normals[asked], radius, np.sign(value[asked]))
+        errors[asked], _ = ball_errors(part, points[asked], normals[asked], radius, np.sign(value[asked]))
     known = np.flatnonzero(np.isfinite(errors))
     regions = np.where(unchanged[known], 1, 0)
     at_vertices = errors[: len(result.vertices)]

@@ -33,12 +33,19 @@ _TRIES = 16
 _WIDTH = (0.3, 0.1)
 _AROUND = 6
 
+#: Where that leaves more than this share of the radius, it is tried once more, longer. (In the counter of a letter,
+#: where the ball sits on three faces and the normal was off by 39 degrees, 16 tries left 0.022 radii.)
+_DOUBTFUL = 2e-3
+_LONGER = 40
+
 #: A ball is free if it lacks no more than this share of the radius.
 _FREE = 1e-6
 
 
-def nearest_centre(part: Implicit, points: FloatArray, normals: FloatArray, radius: float, sign: float) -> FloatArray:
-    """Distances (N,) in mm from points of blends to the nearest centre of a free ball that was found.
+def nearest_centre(
+    part: Implicit, points: FloatArray, normals: FloatArray, radius: float, sign: float
+) -> tuple[FloatArray, FloatArray]:
+    """Distances (N,) in mm from points of blends to the nearest centre of a free ball that was found, and these (N, 3).
 
     Parameters
     ----------
@@ -50,14 +57,20 @@ def nearest_centre(part: Implicit, points: FloatArray, normals: FloatArray, radi
     sign : float
         -1 for balls outside of the part (fillets), 1 for balls inside (rounds).
     """
-    best = np.full(len(points), np.inf)
+    best, nearest = np.full(len(points), np.inf), points.copy()
     middle = (points + radius * normals)[:, None]
     around = radius * _around(normals, _DIRECTIONS)
     near = np.concatenate([middle, middle + _ASIDE * around], axis=1)
     for starts, steps, width in ((near, _STEPS, _WIDTH[0]), (middle + _FARTHER * around, 1, _WIDTH[1])):
         centres, away = _stepped(part, points, starts, radius, sign, steps)
-        best = np.minimum(best, _tried(part, points, centres, away, width, radius, sign))
-    return best
+        centres, away = _tried(part, points, centres, away, width, radius, sign)
+        nearer = away < best
+        best[nearer], nearest[nearer] = away[nearer], centres[nearer]
+    doubt = np.flatnonzero(np.isfinite(best) & (np.abs(best - radius) > _DOUBTFUL * radius))
+    nearest[doubt], best[doubt] = _tried(
+        part, points[doubt], nearest[doubt], best[doubt], _WIDTH[0], radius, sign, _LONGER
+    )
+    return best, nearest
 
 
 def _stepped(
@@ -85,11 +98,18 @@ def _stepped(
 
 
 def _tried(
-    part: Implicit, points: FloatArray, centres: FloatArray, away: FloatArray, aside: float, radius: float, sign: float
-) -> FloatArray:
-    """Distances (N,) from points to the nearest centres around some that were found."""
+    part: Implicit,
+    points: FloatArray,
+    centres: FloatArray,
+    away: FloatArray,
+    aside: float,
+    radius: float,
+    sign: float,
+    tries: int = _TRIES,
+) -> tuple[FloatArray, FloatArray]:
+    """Nearest centres (N, 3) around some that were found, and their distances (N,) from points."""
     width = np.full(len(points), aside)
-    for _ in range(_TRIES):
+    for _ in range(tries):
         arm = centres - points
         around = _around(arm / np.maximum(np.linalg.norm(arm, axis=1), 1e-300)[:, None], _AROUND)
         tried = arm[:, None] + (width * radius)[:, None, None] * around
@@ -104,13 +124,15 @@ def _tried(
         centres = np.where(better[:, None], now[rows, which], centres)
         away = np.where(better, length[rows, which], away)
         width = np.where(better, width, width / 2)
-    return away
+    return centres, away
 
 
 def ball_errors(
     part: Implicit, points: FloatArray, outward: FloatArray, radius: float, sides: FloatArray
-) -> FloatArray:
+) -> tuple[FloatArray, FloatArray]:
     """Errors (N,) in mm of points of a result as free balls tell them, positive where there is too much material.
+
+    Gives the centres (N, 3) of the balls, too.
 
     Parameters
     ----------
@@ -122,13 +144,13 @@ def ball_errors(
     sides : (N,) float64
         -1 for points to be judged by balls outside of the part, 1 inside.
     """
-    errors = np.zeros(len(points))
+    errors, centres = np.zeros(len(points)), points.copy()
     for side in (-1.0, 1.0):
         own = sides == side
         if own.any():
-            near = nearest_centre(part, points[own], -side * outward[own], radius, side)
+            near, centres[own] = nearest_centre(part, points[own], -side * outward[own], radius, side)
             errors[own] = side * (near - radius)
-    return errors
+    return errors, centres
 
 
 def _around(axes: FloatArray, count: int) -> FloatArray:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from . import parallel
 from .creases import Edges, split_edges
@@ -44,7 +43,7 @@ _APART = 0.1
 #: A split leaves shorter edges that may be off, too. Of 300 edges of a gear six were left after six passes.
 _PASSES = 6
 
-#: Triangles nearer than so many spacings to what is off are looked at.
+#: Triangles nearer than so many spacings to what is off, at least, are looked at.
 _AROUND = 3.0
 
 #: Newton's steps onto the surface, and from there onto the exact one.
@@ -77,8 +76,7 @@ def mend_corners(mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, th
     edges = run.off(mesh, _bent(mesh))
     if len(edges.ends) == 0:
         return mesh
-    places = cKDTree(mesh.vertices[edges.ends].mean(axis=1))
-    near = np.isfinite(places.query(mesh.vertices, distance_upper_bound=_AROUND * spacing)[0])
+    near = _near(mesh.vertices, mesh.vertices[edges.ends].mean(axis=1), _AROUND * spacing)
     own = near[mesh.faces].any(axis=1)
     patch = Mesh(mesh.vertices, mesh.faces[own])
     for number in range(_PASSES):
@@ -87,6 +85,16 @@ def mend_corners(mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, th
             break
         patch = run.split(run.raised(patch, edges), edges, number % 3)
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
+
+
+def _near(points: FloatArray, places: FloatArray, reach: float) -> NDArray[np.bool_]:
+    """Points (N, 3) in the cells, ``reach`` mm wide, of places and next to them: all that are nearer, and some more."""
+    low = points.min(axis=0) - 2 * reach
+    size = ((points.max(axis=0) - low) / reach).astype(np.int64) + 3
+    cells, own = (((x - low) / reach).astype(np.int64) for x in (points, places))
+    shifts = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)
+    around = np.unique((own[:, None] + shifts).reshape(-1, 3) @ [size[1] * size[2], size[2], 1])
+    return np.isin(cells @ [size[1] * size[2], size[2], 1], around)
 
 
 def _bent(mesh: Mesh) -> Edges:

@@ -12,6 +12,7 @@ from . import parallel
 from .implicit import FloatArray
 from .kernels.bvh import build_tree
 from .kernels.closest import unsigned_distances
+from .kernels.jit import frozen
 from .mesh import Mesh
 from .parallel import Progress, no_progress
 
@@ -155,7 +156,7 @@ def _one_way(source: Mesh, target: Mesh, samples: int, count: int | None) -> tup
         [surface_samples(source, samples)[0], source.vertices[np.unique(source.faces)], corners.mean(axis=1)]
     )
     with parallel.threads(count):
-        distance = unsigned_distances(tree, points)
+        distance = unsigned_distances(tree, frozen(points))
     worst = int(distance.argmax())
     x, y, z = points[worst].tolist()
     uniform = distance[:samples]

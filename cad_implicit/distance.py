@@ -21,6 +21,7 @@ from .grid import Grid
 from .implicit import Affine, FloatArray, Implicit
 from .kernels.bvh import Tree, build_tree
 from .kernels.closest import any_within, closest_points, signed_distances, unsigned_distances
+from .kernels.jit import frozen
 from .kernels.planes import affine_distances
 from .kernels.raster import WIDEN, fill_slabs, slab_members
 from .kernels.triangle import FACE
@@ -144,7 +145,7 @@ class MeshDistance(Implicit):
         x = _as_points(points)
         radii = np.ascontiguousarray(np.broadcast_to(np.asarray(radius, np.float64), len(x)))
         with parallel.threads(self.threads, parallel.QUERY * len(x)):
-            return np.asarray(any_within(self.tree, x, radii))
+            return np.asarray(any_within(self.tree, x, frozen(radii)))
 
     def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where one plane alone is near: values ``(N,)``, gradients ``(N, 3)`` and whether they hold ``(N,)``."""
@@ -250,7 +251,7 @@ def _as_points(points: ArrayLike) -> FloatArray:
     x = np.ascontiguousarray(points, np.float64)
     if x.ndim != 2 or x.shape[1] != 3:
         raise ValueError(f"points must be (N, 3), not {x.shape}")
-    return x
+    return frozen(x)
 
 
 def _check_band(grid: Grid, band: float | None) -> float:
@@ -283,7 +284,7 @@ def _doubts(mesh: Mesh, tree: Tree, count: int | None) -> str:
     centres = mesh.vertices[mesh.faces[tree.order[chosen]]].mean(axis=1)
     shift = normals[chosen] * (_OVERLAP_OFFSET * mesh.diagonal)
     with parallel.threads(count):
-        number = winding_numbers(tree, np.concatenate([centres - shift, centres + shift]))
+        number = winding_numbers(tree, frozen(np.concatenate([centres - shift, centres + shift])))
     behind, before = number[: len(chosen)], number[len(chosen) :]
     # A mesh that is inside out as a whole is consistent too: 0 behind and -1 before all of its triangles. Solids that
     # share a face are told only by what is before it.

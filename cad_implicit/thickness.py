@@ -23,6 +23,7 @@ from .errors import RadiusError
 from .implicit import FloatArray
 from .kernels.bvh import Tree, build_tree
 from .kernels.closest import closest_points
+from .kernels.jit import frozen
 from .kernels.pseudonormal import smooth_normals
 from .kernels.triangle import FACE
 from .mesh import Mesh
@@ -190,7 +191,7 @@ def _shrink(
         x, n, old = points[active], normals[active], rho[active]
         centres = x - old[:, None] * n
         with parallel.threads(count):
-            distance, q, triangle, _, feature = closest_points(tree, centres)
+            distance, q, triangle, _, feature = closest_points(tree, frozen(centres))
         behind = ((x - q) * n).sum(axis=1)
         tight = (distance < old * _FITS) & (behind > 0)
         new = np.where(tight, ((q - x) ** 2).sum(axis=1) / np.where(tight, 2 * behind, 1.0), old)
@@ -238,7 +239,7 @@ def _in_wedge(
     segments = np.arange(2 * len(ends)).reshape(-1, 2)[:, [0, 1, 1]]
     tree = build_tree(ends.reshape(-1, 3), segments, signed=False)
     with parallel.threads(count):
-        distance, _, edge, *_ = closest_points(tree, middle + step)
+        distance, _, edge, *_ = closest_points(tree, frozen(middle + step))
     near = distance < _NEAR_EDGE * np.linalg.norm(step, axis=1)
     first, second = outward * edge_normals[edge, 0], outward * edge_normals[edge, 1]
     same = np.zeros(len(points), np.bool_)

@@ -176,7 +176,7 @@ def signed_distances(tree, points):
     values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         stack = new_stack()
-        seed = -1
+        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
             value, _, _, _, gx, gy, gz, seed = signed_nearest(
                 tree, points[q, 0], points[q, 1], points[q, 2], seed, stack
@@ -193,7 +193,7 @@ def closest_points(tree, points):
     triangle, position, feature = np.zeros(count, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int8)
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         stack = new_stack()
-        seed = -1
+        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
             d, cx, cy, cz, seed, f = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
             distance[q], closest[q, 0], closest[q, 1], closest[q, 2] = d, cx, cy, cz
@@ -209,7 +209,7 @@ def unsigned_distances(tree, points):
     out = np.zeros(len(points))
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         stack = new_stack()
-        seed = -1
+        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
             out[q], _, _, _, seed, _ = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
     return out

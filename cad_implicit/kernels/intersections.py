@@ -10,7 +10,7 @@ import math
 import numba
 import numpy as np
 
-from .jit import jit, parallel_jit
+from .jit import frozen, jit, parallel_jit
 from .large_triangles import large_against_all
 from .meeting import meet
 
@@ -164,6 +164,7 @@ def intersecting(position: np.ndarray, faces: np.ndarray, spacing: float) -> np.
     """
     bad = np.zeros(len(faces), np.bool_)
     if len(faces):
+        position, faces = frozen(position), frozen(faces)
         box, normal = _boxes(position, faces)
         start, entries, large = _bins(box, spacing)
         _search(position, faces, box, normal, start, entries, _CLEAR * spacing, bad)

@@ -7,6 +7,7 @@ which kernels use on purpose. Results do not depend on the number of threads: no
 from __future__ import annotations
 
 import numba
+import numpy as np
 
 _FASTMATH = {"contract", "arcp", "nsz", "reassoc"}
 
@@ -15,3 +16,10 @@ jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FASTMATH
 
 #: Decorator of kernels with ``prange`` loops; call them inside :func:`cad_implicit.parallel.threads`.
 parallel_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FASTMATH, parallel=True)
+
+
+def frozen(array: np.ndarray) -> np.ndarray:
+    """View that cannot be written to: for the compiler arrays that can be are another type, to be compiled again."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,140 @@
+"""Tables and the plot of runs: error against time, and how much sooner we are as accurate."""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from .running import PARTS, RADIUS
+
+Row = dict[str, Any]
+Error = Literal["rms", "maximum"]
+
+#: The method that others are compared with, and the one whose speed ours is to be a multiple of.
+OURS, FASTEST = "cad_implicit", "MeshLib, sharp offset twice"
+
+
+def place(row: Row) -> tuple[str, str, int]:
+    """Part, operation and spacing of a run."""
+    return row["part"], row["operation"], row["cells"]
+
+
+def sooner(rows: list[Row], peer: Row, error: Error) -> tuple[float, bool]:
+    """How many times longer a peer took than we for its error, and whether that is a lower bound.
+
+    Our time between two spacings is interpolated, both logarithmic. Where already our widest spacing is more accurate
+    its time counts, a bound; where our narrowest is less accurate the factor is 0.
+    """
+    own = [row for row in rows if row["method"] == OURS and place(row)[:2] == place(peer)[:2] and error in row]
+    own.sort(key=lambda row: float(row[error]))
+    if not own or peer[error] < own[0][error]:
+        return 0.0, False
+    if peer[error] >= own[-1][error]:
+        return peer["seconds"] / min(row["seconds"] for row in own), True
+    errors, times = (np.log([row[key] for row in own]) for key in (error, "seconds"))
+    return peer["seconds"] / float(np.exp(np.interp(np.log(peer[error]), errors, times))), False
+
+
+def details(rows: list[Row]) -> str:
+    """Markdown table of all runs, and of the ratios to ours at the same spacing."""
+    lines = [
+        "# Beside other packages\n",
+        f"`python -m validation.peers`, {datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores. Radius {RADIUS:g} mm; "
+        "errors in µm: distance of the true blend, and of the sharp edges that stay, to the result. Ratios are to ours "
+        "at the same spacing. The processors' time is of the whole run, with the conversion of meshes.\n",
+        "| part | operation | spacing | method | time s | | processors s | memory MB | RMS | | largest | | sharp "
+        "edges | triangles |",
+        "|" + " --- |" * 14,
+    ]
+    ours = {place(row): row for row in rows if row["method"] == OURS and "rms" in row}
+    for row in rows:
+        head = f"| {row['part']} | {row['operation']} | r/{row['cells']} | {row['method']} |"
+        if "failed" in row:
+            lines.append(f"{head} {row['failed']} |" + " |" * 9)
+            continue
+        own = ours.get(place(row), row)
+        ratios = [row[key] / own[key] for key in ("seconds", "rms", "maximum")]
+        sharp = "" if row["sharp"] is None else f"{1e3 * row['sharp']:.3g}"
+        lines.append(
+            f"{head} {row['seconds']:.2f} | {ratios[0]:.2g}x | {row['processor']:.2f} | {row['memory'] / 1e6:.0f} | "
+            f"{1e3 * row['rms']:.3g} | {ratios[1]:.3g}x | {1e3 * row['maximum']:.3g} | {ratios[2]:.3g}x | {sharp} | "
+            f"{row['triangles']} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def summary(rows: list[Row]) -> str:
+    """Markdown table of how much longer others took for the same error; for the README."""
+    peers = [name for name in dict.fromkeys(row["method"] for row in rows) if name != OURS]
+    lines = [
+        f"`python -m validation.peers --readme`, {datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores: times as long "
+        "as ours for the same RMS error of the blend and for the same largest one; the least of all spacings. ≥: our "
+        "widest spacing is more accurate already.\n",
+        "| part | operation | " + " | ".join(peers) + " |",
+        "|" + " --- |" * (2 + len(peers)),
+    ]
+    for part in PARTS:
+        for operation, name in (("fillet", "closing"), ("round", "opening")):
+            here = [row for row in rows if place(row)[:2] == (part, operation)]
+            cells = [_factors(rows, [row for row in here if row["method"] == peer]) for peer in peers]
+            if here:
+                lines.append(f"| {part} | {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", _verdict(rows)]) + "\n"
+
+
+def _factors(rows: list[Row], runs: list[Row]) -> str:
+    done = [row for row in runs if "rms" in row]
+    if not done:
+        return runs[0]["failed"] if runs else "–"
+    least = [min(sooner(rows, row, error) for row in done) for error in ("rms", "maximum")]
+    shown = ["less accurate" if factor == 0 else f"{'≥ ' * bound}{factor:.2g}x" for factor, bound in least]
+    return ", ".join(shown)
+
+
+def _verdict(rows: list[Row]) -> str:
+    """Say where a peer was faster for its error, and the least factors of the fastest."""
+    done = [row for row in rows if row["method"] != OURS and "rms" in row]
+    better = [row for row in done if sooner(rows, row, "rms")[0] < 1]
+    named = "; ".join(f"{row['method']} on {row['part']}, {row['operation']}, r/{row['cells']}" for row in better)
+    texts = [f"Faster for the same RMS error: {named or 'none'}."]
+    fastest = [row for row in done if row["method"] == FASTEST]
+    if fastest:
+        rms, largest = (min(sooner(rows, row, error)[0] for row in fastest) for error in ("rms", "maximum"))
+        texts.append(f"{FASTEST}: at least {rms:.2g}x for the same RMS error, {largest:.2g}x for the same largest.")
+    return " ".join(texts)
+
+
+def plot(rows: list[Row], path: Path) -> None:
+    """Error against time, both logarithmic, a panel a part; closings filled, openings hollow."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8.2), sharex=True, sharey=True, layout="constrained")
+    names = list(dict.fromkeys(row["method"] for row in rows))
+    for axis, part in zip(axes.flat, PARTS, strict=True):
+        for number, name in enumerate(names):
+            for operation, fill in (("fillet", "full"), ("round", "none")):
+                own = [row for row in rows if row["method"] == name and place(row)[:2] == (part, operation)]
+                own = sorted((row for row in own if "rms" in row), key=lambda row: int(row["cells"]))
+                axis.loglog(
+                    [row["seconds"] for row in own], [1e3 * row["rms"] for row in own], marker="o", color=f"C{number}",
+                    fillstyle=fill, label=name if fill == "full" else None, markersize=6,
+                    linewidth=2 if name == OURS else 1, linestyle="-" if fill == "full" else "--",
+                )  # fmt: skip
+        axis.set_title(part)
+        axis.grid(alpha=0.3)
+    for axis in axes[-1]:
+        axis.set_xlabel("time, s")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("RMS error of the blend, µm")
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    title = "filled: closing; hollow, dashed: opening; lower left is better"
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, title=title)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

@@ -68,7 +68,7 @@ def affine_distances(tree, points, radius, tolerance):
     reach, slack = 2 * radius / scale, tolerance / scale
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         stack = new_stack()
-        t = -1
+        t = np.int64(-1)  # plain, as in closest.py
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
             x, y, z = scaled(tree, points[q, 0], points[q, 1], points[q, 2])
             d2, _, _, _, t, _ = closest_scaled(tree, x, y, z, math.inf, t, stack)

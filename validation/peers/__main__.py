@@ -25,7 +25,7 @@ from .running import CELLS, PARTS, perform
 
 HERE = Path(__file__).parent
 #: Seconds that one run may take.
-_LIMIT = 240.0
+_LIMIT = 180.0
 
 #: Spacings to a radius of a run of ours besides, for errors like those of others at their widest.
 _COARSE = 2

@@ -18,7 +18,7 @@ from cad_implicit.cad import open_part
 from cad_implicit.job import run
 from cad_implicit.mesh import Mesh
 from cad_implicit.report.rolling_ball import nearest_centre
-from cad_implicit.report.validation import BY_THE_BALL, assess, exact_truth, limit_of, validate
+from cad_implicit.report.validation import BY_THE_BALL, Level, assess, exact_truth, limit_of, validate
 from cad_implicit.report.writing import markdown, write_report
 from cad_implicit.shapes import box
 
@@ -54,6 +54,7 @@ def test_a_sound_fillet_passes_with_its_error(sound: tuple[Any, Any]) -> None:
     assert abs(found.as_dict()["volume_error_share"]) < 1e-4
     assert found.bending.radius == pytest.approx(RADIUS, rel=0.02)  # a torus is no pipe
     assert found.bending.tangency < 2.0
+    assert found.bending.tangency_high < 7.0  # slivers between the boss's facets and its circle are no face
 
 
 def test_a_radius_off_by_five_per_cent_is_caught(sound: tuple[Any, Any]) -> None:
@@ -154,7 +155,12 @@ def test_a_limit_that_cannot_be_read() -> None:
 def test_reports(sound: tuple[Any, Any], tmp_path: Path) -> None:
     pytest.importorskip("plotly")
     found = judged(sound[0].mesh, sound)
-    html, figures, text = write_report(found, tmp_path / "report")
+    pytest.importorskip("pyvista")
+    levels = [Level("exact", h, 0.1 * h**2, 0.03 * h**2, 1.0) for h in (1.0, 0.5, 0.25)]
+    html, figures, text, *pictures = write_report(replace(found, levels=levels), tmp_path / "report")
+    assert {path.name for path in pictures} == {"histogram.png", "slices.png", "convergence.png", "solids.png"}
+    for path in pictures:
+        assert path.stat().st_size > 10_000  # blank ones have 5,000 at most
     told = json.loads(figures.read_text())
     assert told["schema"] == 1
     assert told["verdict"] == "passed"

@@ -9,11 +9,12 @@ import pytest
 
 pytest.importorskip("OCP")
 pytest.importorskip("plotly")
-cq = pytest.importorskip("cadquery")
 
 from typer.testing import CliRunner
 
 from cad_implicit.cli import app
+
+cq = pytest.importorskip("cadquery")
 
 
 @pytest.fixture(scope="module")

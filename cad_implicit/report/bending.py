@@ -31,6 +31,9 @@ _AROUND = 0.6
 _FEWEST = 9
 _CREASE = 0.05
 
+#: Triangles on the part face as it does within 30 degrees (cosine).
+_SAME_WAY = 0.87
+
 #: What bends by so many radii or less is the blend; flat ends of blends lie off the part, too.
 _FLAT = 3.0
 
@@ -79,6 +82,7 @@ def bending(mesh: Mesh, shape: Implicit, part: MeshDistance, radius: float, spac
     """
     off = np.asarray(np.abs(part(mesh.vertices)) > _OFF * spacing)
     new = np.asarray(off[mesh.faces].any(axis=1))
+    new[~new] = ~_faces_as(mesh, np.flatnonzero(~new), part)
     inner = np.flatnonzero(off)
     radii, angles = [], []
     if len(inner) >= _FEWEST:
@@ -97,6 +101,13 @@ def bending(mesh: Mesh, shape: Implicit, part: MeshDistance, radius: float, spac
     middle, low, high = _percentiles(radii)
     tangency, _, tangency_high = _percentiles(angles)
     return Bending(len(radii), middle, low, high, len(angles), tangency, tangency_high)
+
+
+def _faces_as(mesh: Mesh, triangles: NDArray[np.intp], part: MeshDistance) -> NDArray[np.bool_]:
+    """Whether triangles face as the part does: those between facets of a hole and the circle around them do not."""
+    nearest = part.closest(mesh.vertices[mesh.faces[triangles]].mean(axis=1)).triangle
+    cosine = (unit(mesh.face_vectors[triangles]) * unit(part.mesh.face_vectors[nearest])).sum(axis=1)
+    return np.asarray(cosine > _SAME_WAY)
 
 
 def _percentiles(values: list[float]) -> tuple[float, float, float]:

@@ -30,7 +30,8 @@ h1{font-size:1.5rem;margin:0 0 .3rem}h2{font-size:1.1rem;margin:1.8rem 0 .5rem}
 .passed{background:#e3f4e6;color:#14532d}.failed{background:#fde7e7;color:#7f1d1d}
 table{border-collapse:collapse;margin:.4rem 0}
 td,th{padding:.25rem .8rem;border-bottom:1px solid #d7dde5;text-align:right}
-th:first-child,td:first-child{text-align:left}.note{color:#55606e;font-size:.9rem}.chart{margin:.5rem 0}
+th:first-child,td:first-child,.facts td{text-align:left}.note{color:#55606e;font-size:.9rem}
+.wide{overflow-x:auto;margin:.5rem 0}.wide td,.wide th{white-space:nowrap}.chart>div{min-width:720px}
 """
 
 
@@ -52,7 +53,8 @@ def page(result: Validation) -> str:
         parts += [_regions(result), _solids(result), _histogram(result), _slices(result)]
         if result.levels:
             parts.append(_convergence(result))
-    head = f'<meta charset="utf-8"><title>{html.escape(title)}</title><style>{_STYLE}</style>'
+    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+    head += f"<title>{html.escape(title)}</title><style>{_STYLE}</style>"
     script = f"<script>{get_plotlyjs()}</script>"
     return f"<!doctype html><html lang=en><head>{head}{script}</head><body>{''.join(parts)}</body></html>\n"
 
@@ -91,7 +93,7 @@ def _summary(result: Validation) -> str:
             rows.append(("exact kernel's own distance from the balls", f"{result.measured.defect:.3g} mm"))
         rows += [("warning", warning) for warning in outcome.warnings]
     body = "".join(f"<tr><td>{html.escape(a)}</td><td>{html.escape(b)}</td></tr>" for a, b in rows)
-    return f"<table>{body}</table>"
+    return f'<table class="facts">{body}</table>'
 
 
 def _regions(result: Validation) -> str:
@@ -110,11 +112,11 @@ def _regions(result: Validation) -> str:
         values += [f"{s.max / h:.3f}", f"{100 * s.max / result.radius:.3f}"]
         label = "all that is judged" if name == "all" else name
         rows += f"<tr><td>{label}</td>{''.join(f'<td>{v}</td>' for v in values)}</tr>"
-    return f"<h2>Error by region</h2><table><tr>{head}</tr>{rows}</table>"
+    return f'<h2>Error by region</h2><div class="wide"><table><tr>{head}</tr>{rows}</table></div>'
 
 
 def _figure(name: str, figure: Any) -> str:
-    return f'<div class="chart">{figure.to_html(full_html=False, include_plotlyjs=False, div_id=name)}</div>'
+    return f'<div class="wide chart">{figure.to_html(full_html=False, include_plotlyjs=False, div_id=name)}</div>'
 
 
 def _solids(result: Validation) -> str:
@@ -125,8 +127,7 @@ def _solids(result: Validation) -> str:
     assert result.outcome is not None
     assert result.measured is not None
     mesh, errors = _shown(result.outcome.mesh, result.measured.at_vertices, result.outcome.spacing)
-    top = float(np.nanpercentile(np.abs(errors), 99.9)) if np.isfinite(errors).any() else 0.0
-    top = max(top, 1e-12)
+    top = scale_of_colours(errors)
     others = [] if result.measured.exact is None else [result.measured.exact]
     titles = ["result, error in mm", *(["exact kernel"] if others else [])]
     figure = make_subplots(
@@ -155,6 +156,11 @@ def _solids(result: Validation) -> str:
     return "<h2>In 3-D</h2>" + _figure("solids", figure) + note
 
 
+def scale_of_colours(errors: FloatArray) -> float:
+    """Largest error in mm of the colours: that of 99.9 % of the vertices."""
+    return max(float(np.nanpercentile(np.abs(errors), 99.9)) if np.isfinite(errors).any() else 0.0, 1e-12)
+
+
 def _trace(go: Any, mesh: Mesh, errors: FloatArray | None, top: float) -> Any:
     x, y, z = np.round(mesh.vertices, 5).T
     i, j, k = mesh.faces.T
@@ -164,7 +170,7 @@ def _trace(go: Any, mesh: Mesh, errors: FloatArray | None, top: float) -> Any:
         return go.Mesh3d(**shape, color="#b9c4d0", lighting=light, hoverinfo="skip")
     return go.Mesh3d(
         **shape, intensity=np.nan_to_num(errors), colorscale=_SCALE, cmin=-top, cmax=top, lighting=light,
-        colorbar={"title": "mm", "len": 0.8, "x": 0.47}, hovertemplate="%{intensity:.3e} mm<extra></extra>",
+        colorbar={"title": "mm", "len": 0.8}, hovertemplate="%{intensity:.3e} mm<extra></extra>",
     )  # fmt: skip
 
 
@@ -201,7 +207,7 @@ def _slices(result: Validation) -> str:
 
     assert result.outcome is not None
     assert result.measured is not None
-    place = np.array(result.regions["all"].place or result.outcome.mesh.bounds.mean(axis=0))
+    place = place_of_slices(result)
     axes = list(range(3))
     figure = make_subplots(cols=3, subplot_titles=[f"{'xyz'[a]} = {place[a]:.4g} mm" for a in axes])
     shapes = [
@@ -222,6 +228,12 @@ def _slices(result: Validation) -> str:
         figure.update_yaxes(scaleanchor=f"x{axis + 1 if axis else ''}", row=1, col=axis + 1)
     figure.update_layout(height=400, margin={"l": 40, "r": 10, "t": 40, "b": 40})
     return "<h2>Slices through the place of the largest error</h2>" + _figure("slices", figure)
+
+
+def place_of_slices(result: Validation) -> FloatArray:
+    """Place (3,) of the largest error in mm."""
+    assert result.outcome is not None
+    return np.array(result.regions["all"].place or result.outcome.mesh.bounds.mean(axis=0))
 
 
 def cut(mesh: Mesh, axis: int, height: float) -> FloatArray:
@@ -256,6 +268,7 @@ def _convergence(result: Validation) -> str:
         )  # fmt: skip
     figure.update_layout(
         height=380, margin={"l": 60, "r": 10, "t": 10, "b": 50},
-        xaxis={"type": "log", "title": "spacing in mm"}, yaxis={"type": "log", "title": "error in mm"},
+        xaxis={"type": "log", "title": "spacing in mm", "tickvals": sorted({level.spacing for level in result.levels}),
+               "tickformat": ".3g"}, yaxis={"type": "log", "title": "error in mm"},
     )  # fmt: skip
     return "<h2>Convergence</h2>" + _figure("convergence", figure)

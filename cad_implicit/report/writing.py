@@ -8,13 +8,14 @@ from pathlib import Path
 
 from cad_implicit.cad.files import replacing
 
+from .charts import write_pictures
 from .measuring import REGIONS
 from .page import page
 from .validation import Validation
 
 
 def write_report(result: Validation, folder: Path) -> list[Path]:
-    """Write ``report.html``, ``report.json`` and ``report.md`` into a folder, which is made.
+    """Write ``report.html``, ``report.json``, ``report.md`` and the charts as PNGs into a folder, which is made.
 
     Raises
     ------
@@ -34,7 +35,7 @@ def write_report(result: Validation, folder: Path) -> list[Path]:
         with replacing(folder / name) as beside:
             beside.write_text(text, encoding="utf-8")
         paths.append(folder / name)
-    return paths
+    return paths + write_pictures(result, folder)
 
 
 def markdown(results: Sequence[Validation]) -> str:

@@ -96,11 +96,19 @@ def _factors(rows: list[Row], runs: list[Row]) -> str:
 
 
 def _verdict(rows: list[Row]) -> str:
-    """Say where a peer was faster for its error, and the least factors of the fastest."""
+    """Say where a peer was both faster and more accurate, and the least factors of the fastest."""
     done = [row for row in rows if row["method"] != OURS and "rms" in row]
-    better = [row for row in done if sooner(rows, row, "rms")[0] < 1]
+    ours = [row for row in rows if row["method"] == OURS and "rms" in row]
+    better = [
+        row
+        for row in done
+        if any(
+            place(own)[:2] == place(row)[:2] and row["seconds"] < own["seconds"] and row["rms"] < own["rms"]
+            for own in ours
+        )
+    ]
     named = "; ".join(f"{row['method']} on {row['part']}, {row['operation']}, r/{row['cells']}" for row in better)
-    texts = [f"Faster for the same RMS error: {named or 'none'}."]
+    texts = [f"Both faster and more accurate than a run of ours: {named or 'none'}."]
     fastest = [row for row in done if row["method"] == FASTEST]
     if fastest:
         rms, largest = (min(sooner(rows, row, error)[0] for row in fastest) for error in ("rms", "maximum"))

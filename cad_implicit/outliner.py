@@ -6,7 +6,7 @@ where such curves meet.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from .crossing_curves import POINT, Crossing, straight
 from .implicit import FloatArray
 from .junctions import Meeting, pairings
 from .mesh import Mesh
-from .outlines import Border, Original, Outline, Outlined
+from .outlines import Border, Original, Outline, Outlined, Place, joined
 from .patches import Chain, Numbers, Patches, divide
 from .ring_cuts import Ring, cut_rings, find_rings
 from .seam_borders import add_seams, seam_crossings
@@ -76,13 +76,10 @@ class Parted:
 
 
 class Outliner:
-    """Finds the outline of a mesh whose triangles are labelled.
+    """Finds outlines of meshes whose triangles are labelled; what was found once is told again.
 
     Parameters
     ----------
-    mesh : Mesh
-    labels : (F,) int64
-        Faces of the part from 0, surfaces of blends from ``count``; after those each triangle is a face of its own.
     count : int
         Number of faces of the part.
     faces : Faces
@@ -97,30 +94,34 @@ class Outliner:
     first_facet : int
         The first label of a triangle that is a face of its own.
     patches : Patches
-        Of the outline; only after that was found.
+        Of the last outline.
     """
 
+    mesh: Mesh
+    labels: Numbers
+    known: Numbers
     patches: Patches
 
     def __init__(
-        self,
-        mesh: Mesh,
-        labels: Numbers,
-        count: int,
-        faces: Faces,
-        surfaces: Sequence[Outward],
-        original: Original,
-        spacing: float,
+        self, count: int, faces: Faces, surfaces: Sequence[Outward], original: Original, spacing: float
     ) -> None:
-        self.mesh, self.labels, self.count, self.faces = mesh, labels, count, faces
-        self.surfaces, self.original, self.h = list(surfaces), original, spacing
-        self._faces: dict[int, Outward] = {}
-        away, nearest = cKDTree(original.vertices).query(mesh.vertices)
+        self.count, self.faces, self.surfaces, self.original, self.h = count, faces, list(surfaces), original, spacing
         self.first_facet = count + len(self.surfaces)
-        self.known = np.where(away < _SAME * spacing, nearest, -1)
+        self._faces: dict[int, Outward] = {}
+        self._vertices = cKDTree(original.vertices)
+        self._curves: dict[Hashable, Followed] = {}
+        self._places: dict[Hashable, tuple[FloatArray, float]] = {}
+        self._drawings: dict[Hashable, tuple[Place | None, FloatArray]] = {}
+        self._lines: dict[bytes, Place] = {}
 
-    def outline(self) -> Outline:
-        """Outline of the mesh."""
+    def outline(self, mesh: Mesh, labels: Numbers) -> Outline:
+        """Outline of a mesh by the labels (F,) of its triangles.
+
+        Faces of the part from 0, surfaces of blends from ``count``; after those each triangle is a face of its own.
+        """
+        self.mesh, self.labels = mesh, labels
+        away, nearest = self._vertices.query(mesh.vertices)
+        self.known = np.where(away < _SAME * self.h, nearest, -1)
         fixed = self.known >= 0
         fixed[self.mesh.faces[self.labels >= self.first_facet]] = True
         own = np.flatnonzero(fixed)
@@ -189,7 +190,11 @@ class Outliner:
         some = points[np.unique(np.linspace(0, len(points) - 1, _SOME).astype(int))]
         if len(points) == 2:
             some = np.concatenate([points, points.mean(axis=0)[None]])
-        return self._edge_along(labels, some) if max(labels) < self.count else self._blend_curve(labels, some)
+        key = (labels, some.tobytes())
+        if key not in self._curves:
+            find = self._edge_along if max(labels) < self.count else self._blend_curve
+            self._curves[key] = find(labels, some)
+        return self._curves[key]
 
     def _edge_along(self, labels: tuple[int, int], points: FloatArray) -> int | None:
         """Edge of the part between two of its faces along points (N, 3)."""
@@ -238,14 +243,22 @@ class Outliner:
                 points[row] = fixed[vertex]
             else:
                 meeting = self._meeting(around[vertex], curves, seams.get(vertex))
-                points[row] = meeting.place(points[row], _STILL * self.h)
+                points[row], off = self._met(meeting, points[row])
                 if vertex in room and np.linalg.norm(points[row] - self.mesh.vertices[vertex]) > room[vertex]:
                     points[row] = self.mesh.vertices[vertex]
-                elif meeting.off(points[row]) > POINT * self.h:
+                elif off > POINT * self.h:
                     two = self._parted(around[vertex], curves, self.mesh.vertices[vertex])
                     if two is not None:
                         parted[vertex] = two
         return points, parted
+
+    def _met(self, meeting: Meeting, near: FloatArray) -> tuple[FloatArray, float]:
+        """Place (3,) near a point where curves and surfaces meet, and how far in mm it is from them."""
+        key = (frozenset(map(id, meeting.curves)), frozenset(map(id, meeting.surfaces)), near.tobytes())
+        if key not in self._places:
+            place = meeting.place(near, _STILL * self.h)
+            self._places[key] = place, meeting.off(place)
+        return self._places[key]
 
     def _room(self) -> dict[int, float]:
         """How far in mm corners of triangles that are faces may move without turning them over."""
@@ -294,39 +307,50 @@ class Outliner:
         outline.borders.append(self._drawn((first, second), curve, start, end, np.zeros((0, 3)), outline.points))
         for face in outline.faces:
             if face.patch in two.patches:
-                face.loops = [_joined(outline.borders, loop, number) for loop in face.loops]
+                face.loops = [joined(outline.borders, loop, number) for loop in face.loops]
 
     # --- borders
 
     def _border(self, chain: Chain, curve: Followed, start: int, end: int, points: FloatArray) -> Border:
         """Border along a chain between two of the outline's points."""
         if self._is_straight(chain):
-            return Border(start, end, straight(points[start], points[end]), np.array([0.0, 1.0]))
+            line = self._lines.setdefault(points[[start, end]].tobytes(), straight(points[start], points[end]))
+            return Border(start, end, line, np.array([0.0, 1.0]))
         return self._drawn(self._beside(chain), curve, start, end, self.mesh.vertices[chain.vertices[1:-1]], points)
 
     def _drawn(
         self, labels: tuple[int, int], curve: Followed, start: int, end: int, inner: FloatArray, points: FloatArray
     ) -> Border:
         """Border between two surfaces along a curve, near inner points (N, 3)."""
+        path = np.concatenate([points[[start]], inner, points[[end]]])
+        edge = curve if isinstance(curve, int) else -1
+        key = (labels, id(self._along(curve)), start == end, path.tobytes())
+        if key not in self._drawings:
+            self._drawings[key] = self._traced(labels, curve, path, start == end)
+        return Border(start, end, *self._drawings[key], edge)
+
+    def _traced(
+        self, labels: tuple[int, int], curve: Followed, path: FloatArray, closed: bool
+    ) -> tuple[Place | None, FloatArray]:
+        """Place and knots of a border between two surfaces along a curve, near a path (N, 3)."""
         if curve is None:
             first, second = (self.surface(label) for label in labels)
-            return Border(start, end, *Crossing(first, second, self.h).border(points[start], inner, points[end]))
-        edge = curve if isinstance(curve, int) else -1
-        along = self.original.edges[edge] if isinstance(curve, int) else curve
-        ways = along.way(np.concatenate([points[[start]], inner, points[[end]]]))
+            return Crossing(first, second, self.h).border(path[0], path[1:-1], path[-1])
+        along = self.original.edges[curve] if isinstance(curve, int) else curve
+        ways = along.way(path)
         if along.period is not None:
             ways = np.unwrap(ways, period=along.period)
-            if start == end and abs(ways[-1] - ways[0]) < along.period / 2:
+            if closed and abs(ways[-1] - ways[0]) < along.period / 2:
                 turn = np.sign(np.median(np.diff(ways))) or 1.0
                 ways[-1] = ways[0] + turn * along.period
         low, high = float(ways[0]), float(ways[-1])
-        if edge < 0:
-            return Border(start, end, along.at, _knots(along, low, high))
+        if not isinstance(curve, int):
+            return along.at, _knots(along, low, high)
         if along.period is not None:  # from one end of its range to the other, or between
-            own = self.original.edges[edge]
+            own = self.original.edges[curve]
             shift = np.floor((min(low, high) - own.low + 1e-7 * along.period) / along.period) * along.period
             low, high = low - shift, high - shift
-        return Border(start, end, None, np.array([low, high]), edge)
+        return None, np.array([low, high])
 
     # --- topology
 
@@ -359,19 +383,6 @@ class Outliner:
             face.loops = [[one for one in loop if one[0] not in gone] for loop in face.loops]
             face.loops = [loop for loop in face.loops if loop]
         outline.faces = [face for face in outline.faces if face.loops]
-
-
-def _joined(borders: list[Border], loop: list[tuple[int, bool]], number: int) -> list[tuple[int, bool]]:
-    """Loop with a border put in where it has a gap that this fills."""
-    result = []
-    for (n, forward), (m, ahead) in zip(loop, loop[1:] + loop[:1], strict=True):
-        result.append((n, forward))
-        gap = (borders[n].end if forward else borders[n].start, borders[m].start if ahead else borders[m].end)
-        for way in (True, False):
-            ends = (borders[number].start, borders[number].end)
-            if gap[0] != gap[1] and gap == (ends if way else ends[::-1]):
-                result.append((number, way))
-    return result
 
 
 def _knots(curve: Curve, low: float, high: float) -> FloatArray:

@@ -135,3 +135,16 @@ class Outline:
                 left.remove(options[0])
             wires.append(wire)
         return wires
+
+
+def joined(borders: list[Border], loop: list[tuple[int, bool]], number: int) -> list[tuple[int, bool]]:
+    """Loop with a border put in where it has a gap that this fills."""
+    result = []
+    for (n, forward), (m, ahead) in zip(loop, loop[1:] + loop[:1], strict=True):
+        result.append((n, forward))
+        gap = (borders[n].end if forward else borders[n].start, borders[m].start if ahead else borders[m].end)
+        for way in (True, False):
+            ends = (borders[number].start, borders[number].end)
+            if gap[0] != gap[1] and gap == (ends if way else ends[::-1]):
+                result.append((number, way))
+    return result

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .blend_labels import Outward, blend_surfaces, label
 from .cad.kernel import kernel
+from .cad.memory import Memory
 from .cad.planner import EDGE, Planner
 from .cad.plans import Product, Topology
 from .cad.solids import SolidPart, solid_of
@@ -137,12 +138,12 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
     unknown = int((labels < 0).sum())
     reasons = [f"{unknown} triangles lie on no known surface"] if unknown else []
     astray = 0.0
-    outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
+    outliner, memory = Outliner(count, blend.faces, surfaces, own, blend.spacing), Memory()
     for turn in range(_ROUNDS):
         if (labels < 0).any():
             mesh, labels = facetted(mesh, labels, outliner.surface, outliner.first_facet, EDGE / 2)
-            outliner = Outliner(mesh, labels, count, blend.faces, surfaces, own, blend.spacing)
-        planner = Planner(mesh, outliner.outline(), outliner.patches, count, surfaces, own)
+        outline = outliner.outline(mesh, labels)
+        planner = Planner(mesh, outline, outliner.patches, count, surfaces, own, memory)
         plan = planner.plan()
         if plan is not None:
             product: Product = solids.made(plan, own)

@@ -11,7 +11,7 @@ from .blend_labels import Outward
 from .blend_surfaces import StripSurface
 from .implicit import FloatArray
 from .mesh import Mesh
-from .outlines import Border, Outline, Outlined, Place
+from .outlines import Border, Outline, Outlined
 from .patches import Numbers, Patches
 
 #: Rings are cut at these shares of their way.
@@ -30,6 +30,19 @@ class Cut:
     way: float
     first: int
     last: int
+
+
+@dataclass(frozen=True)
+class Section:
+    """Arc across a ring by its share from 0 to 1, from the first rim to the second or back."""
+
+    surface: StripSurface
+    way: float
+    turned: bool
+
+    def __call__(self, shares: FloatArray) -> FloatArray:
+        shares = np.asarray(shares)
+        return self.surface.place(np.full(len(shares), self.way), 1 - shares if self.turned else shares)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +76,9 @@ class Ring:
         away = np.linalg.norm(self.rims(way) - point, axis=1)
         return bool(away[1] < away[0])
 
-    def section(self, way: float, turned: bool) -> Place:
+    def section(self, way: float, turned: bool) -> Section:
         """Arc across, from the first rim to the second or back."""
-
-        def place(shares: FloatArray) -> FloatArray:
-            shares = np.asarray(shares)
-            return self.surface.place(np.full(len(shares), way), 1 - shares if turned else shares)
-
-        return place
+        return Section(self.surface, way, turned)
 
 
 def find_rings(mesh: Mesh, patches: Patches, surfaces: Sequence[Outward], count: int) -> list[Ring]:

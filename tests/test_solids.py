@@ -22,8 +22,14 @@ import cad_implicit as ci
 from cad_implicit.blend_labels import blend_surfaces, label
 from cad_implicit.cad import occ, occ_files
 from cad_implicit.cad.exact_blends import exact_blend
+from cad_implicit.cad.memory import Memory
+from cad_implicit.cad.occ_original import ShapeTopology
+from cad_implicit.cad.planner import Planner
+from cad_implicit.cad.plans import Plan
 from cad_implicit.cad.solids import SolidPart
+from cad_implicit.facetting import facetted
 from cad_implicit.local_blend import blend_edges
+from cad_implicit.outliner import Outliner
 from cad_implicit.parting import _rebuilt
 
 pytestmark = pytest.mark.host
@@ -176,6 +182,23 @@ def test_a_radius_hardly_smaller_than_that_of_the_corners() -> None:
     assert volume(made.wrapped) == pytest.approx(volume(truth.shape), rel=CLOSE)
 
 
+def test_a_chamfer_that_comes_to_a_point_has_facets_there() -> None:
+    """Around an edge as round as the chamfer is wide it is a cone up to its tip, where its surface has no one place."""
+    width, depth, height = 4.1, 4.3, 2.7
+    sharp = cad_parts.moved(cad_parts.box((width, depth, height)))
+    rounded = BRepFilletAPI_MakeFillet(sharp)
+    upright = [edge for edge in occ.distinct(sharp, TopAbs_EDGE) if _is_long(sharp, edge, height)]
+    rounded.Add(1.0, occ.as_edge(upright[0]))
+    part = rounded.Shape()
+    arc = next(edge.number for edge in ci.edges(part) if abs(edge.length - np.pi / 2) < 1e-6)
+    made = ci.to_part(ci.chamfer(part, 1.0, edges=[arc], spacing=0.34))  # on along the tangents
+    assert occ.is_valid(made.wrapped)
+    assert "a face ends in a point" in made.why
+    assert 0.97 < made.exact_share < 1.0
+    before = width * depth * height - (1 - np.pi / 4) * height
+    assert volume(made.wrapped) == pytest.approx(before - (width + depth - 2) / 2 - np.pi / 6, rel=3e-4)
+
+
 def test_only_what_fits_no_surface_becomes_facets() -> None:
     part = cad_parts.moved(boss())
     blend = ci.fillet(part, 1.5, edges="all", spacing=0.5)
@@ -196,6 +219,40 @@ def test_only_what_fits_no_surface_becomes_facets() -> None:
     left = kinds(shape)
     assert sum(number - left[kind] for kind, number in whole.items() if kind != "Plane") == 1
     assert volume(shape) == pytest.approx(mesh.volume, rel=2e-3)
+
+
+def test_plans_do_not_depend_on_those_before() -> None:
+    part = cad_parts.moved(boss())
+    blend = ci.fillet(part, 1.5, edges="all", spacing=0.5)
+    mesh, count, surfaces = blend.mesh(), occ.count_faces(part), blend_surfaces(blend.laid)
+    labels = label(mesh, count, blend.faces, surfaces, blend.spacing)
+    own = ShapeTopology(part)
+
+    def known() -> tuple[Outliner, Memory]:
+        return Outliner(count, blend.faces, surfaces, own, blend.spacing), Memory()
+
+    used = known()
+    whole = _planned(mesh, labels, *used)
+    straight = next(n for n, one in enumerate(surfaces, count) if one.surface.primitive().kind == "cylinder")
+    inside = np.flatnonzero(labels == straight)
+    labels[inside[(mesh.faces[inside] == mesh.faces[inside[7], 1]).any(axis=1)]] = -1
+    mesh, labels = facetted(mesh, labels, used[0].surface, used[0].first_facet, 5e-4)
+    again, anew = (_planned(mesh, labels, *own) for own in (used, known()))
+    assert len(again.faces) == len(anew.faces) > len(whole.faces)
+    assert again.edges.keys() == anew.edges.keys()
+    for number, edge in again.edges.items():
+        other = anew.edges[number]
+        assert (edge.ends, edge.on.keys()) == (other.ends, other.on.keys())
+        assert edge.tolerance == pytest.approx(other.tolerance, rel=1e-3)
+        ways = np.linspace(edge.span.low, edge.span.high, 7)
+        np.testing.assert_allclose(edge.span.at(ways), other.span.at(ways), rtol=0, atol=1e-9)
+
+
+def _planned(mesh: ci.Mesh, labels: Any, outliner: Outliner, memory: Memory) -> Plan:
+    outline = outliner.outline(mesh, labels)
+    planner = Planner(mesh, outline, outliner.patches, outliner.count, outliner.surfaces, outliner.original, memory)
+    planner.plan()
+    return planner._plan
 
 
 def tolerances(shape: Any) -> list[float]:

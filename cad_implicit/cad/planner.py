@@ -21,12 +21,11 @@ from .geometry import (
     Span,
     Surface,
     away_from,
-    curve_through,
     flat_surface,
-    flattened,
     primitive_surface,
     strip_surface,
 )
+from .memory import Laid, Memory
 from .plans import Plan, PlannedEdge, PlannedFace, PlannedVertex, Topology
 
 #: Edges must lie on both of their faces within so many mm, and are taken to do so within at least:
@@ -59,6 +58,21 @@ class _TipError(InvalidMeshError):
 class Planner:
     """Plans the solid of an outline.
 
+    Parameters
+    ----------
+    mesh : Mesh
+    outline : Outline
+        Of the mesh.
+    patches : Patches
+    count : int
+        Number of faces of the part.
+    surfaces : list of Outward
+        Of the blends.
+    own : Topology
+        Of the part.
+    memory : Memory
+        Of plans of the same blend before, and of this one then.
+
     Attributes
     ----------
     failed : dict of int to set of int or None
@@ -72,11 +86,17 @@ class Planner:
     """
 
     def __init__(
-        self, mesh: Mesh, outline: Outline, patches: Patches, count: int, surfaces: list[Outward], own: Topology
+        self,
+        mesh: Mesh,
+        outline: Outline,
+        patches: Patches,
+        count: int,
+        surfaces: list[Outward],
+        own: Topology,
+        memory: Memory,
     ) -> None:
         self.mesh, self.outline, self.patches, self.count = mesh, outline, patches, count
-        self.surfaces, self.own = surfaces, own
-        self._spans: dict[int, Span] = {}
+        self.surfaces, self.own, self.memory = surfaces, own, memory
         self._first_facet = count + len(surfaces)
         self._beside: dict[int, list[Outlined]] = {}
         for face in outline.faces:
@@ -239,11 +259,20 @@ class Planner:
 
     def _blend(self, face: Outlined) -> tuple[PlannedFace, Look, FloatArray]:
         """Face without borders, its surface, and a place in the middle of it."""
+        surface: Any = self.surfaces[face.label - self.count].surface
+        halved = len(self._of_label(face.label)) > 1 and getattr(surface, "closed", False)
+        if halved or surface.primitive() is not None:  # these are turned so that seams and poles are far from borders
+            spans = tuple((self._span(number), ahead) for loop in face.loops for number, ahead in loop)
+            laid = self.memory.laid((face.label, halved, spans), lambda: self._laid(face, halved))
+        else:
+            laid = self.memory.laid(face.label, lambda: self._laid(face, halved))
+        return PlannedFace(-1, surface=laid.surface, forward=laid.forward), laid.look, laid.place
+
+    def _laid(self, face: Outlined, halved: bool) -> Laid:
         outward = self.surfaces[face.label - self.count]
         surface: Any = outward.surface
         inside = np.flatnonzero(self.patches.of_triangle == face.patch)
         middles = self.mesh.vertices[self.mesh.faces[inside]].mean(axis=1)
-        halved = len(self._of_label(face.label)) > 1 and getattr(surface, "closed", False)
         primitive = surface.primitive()
         geometry: Surface
         if primitive is not None:
@@ -266,7 +295,7 @@ class Planner:
         look = self.own.look(geometry)
         place = look.places(towards[None])[0]
         forward = bool(look.normal(place) @ outward.value_and_normal(towards[None])[1][0] > 0)
-        return PlannedFace(-1, surface=geometry, forward=forward), look, place
+        return Laid(geometry, forward, look, place)
 
     def _half(self, face: Outlined, surface: StripSurface) -> tuple[float, float, FloatArray]:
         """Ways from which and to which one half of a ring goes, and a point (3,) in its middle."""
@@ -309,17 +338,7 @@ class Planner:
 
     def _span(self, number: int) -> Span:
         """Curve of a border."""
-        if number not in self._spans:
-            border = self.outline.borders[number]
-            if border.edge >= 0:
-                low, high = sorted(border.knots.tolist())
-                self._spans[number] = Span(self.own.edges[border.edge], low, high)
-            else:
-                assert border.place is not None
-                turned = border.knots[0] > border.knots[-1]
-                place = (lambda ways: border.place(-ways)) if turned else border.place
-                self._spans[number] = curve_through(place, -border.knots if turned else border.knots)
-        return self._spans[number]
+        return self.memory.span(self.outline.borders[number], self.own)
 
     def _some(self, number: int) -> FloatArray:
         span = self._span(number)
@@ -357,7 +376,7 @@ class Planner:
             parameters = np.linspace(span.low, span.high, _POINTS)
             away = away_from(span, look, parameters, look.places(span.at(parameters)))
         else:
-            flat, away = flattened(span, look, centre)
+            flat, away = self.memory.flattened(span, look, centre)
         if away > EDGE:
             return away
         self.worst = max(self.worst, away)

@@ -125,7 +125,7 @@ def _is_long(part: Any, edge: Any, length: float) -> bool:
 def test_step_files_hold_the_same_solid(rounded_boss: tuple[Any, SolidPart], tmp_path: Path) -> None:
     made = rounded_boss[1].wrapped
     occ_files.write(made, tmp_path / "boss.step", "boss", "2000-01-01T00:00:00")
-    again = occ_files.read(tmp_path / "boss.step")
+    again = occ_files.read_product(tmp_path / "boss.step").shape
     assert occ.is_valid(again)
     assert kinds(again) == kinds(made)
     assert volume(again) == pytest.approx(volume(made), rel=CLOSE)

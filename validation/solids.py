@@ -91,7 +91,7 @@ def perform(index: int, kernel: bool) -> Found | str:
         file = Path(folder) / "part.step"
         occ_files.write(made.wrapped, file, "part", "2000-01-01T00:00:00")
         size = file.stat().st_size / 1000
-        again = occ.is_valid(occ_files.read(file))
+        again = occ.is_valid(occ_files.read_product(file).shape)
     truth = exact_blend(part.shape, sizes, triple.blend) if kernel else None
     return Found(
         occ.is_valid(made.wrapped) and again,

@@ -30,6 +30,7 @@ from .kernels.halfspaces import nearest_feasible_many
 from .mesh import IntArray, Mesh
 from .parallel import Progress, no_progress
 from .polish import polish_centres
+from .regions import Region
 from .sparse import lattice
 
 #: Half the diagonal of a cube over its side, and slack for rounding.
@@ -69,6 +70,10 @@ _LAYER = 0.9
 #: Middles of pieces between images lack at most so much room, in spacings.
 _SAGITTA = 0.05
 
+#: Width in spacings around a block of what a region must hold, so that its contour is there as far as is looked at: two
+#: bricks of 8 on each side.
+_INNER = 34
+
 #: Points evaluated at a time.
 _BATCH = 1 << 19
 
@@ -90,6 +95,8 @@ class Centres:
         Default: all cores.
     progress : callable
         May raise to cancel.
+    region : Region, optional
+        Where centres are looked for, but for its border of some bricks of 8 cells.
 
     Attributes
     ----------
@@ -99,7 +106,7 @@ class Centres:
     Raises
     ------
     EmptyResultError
-        If the ball fits nowhere.
+        If the ball fits nowhere; in a region that is no error.
     """
 
     def __init__(
@@ -111,18 +118,21 @@ class Centres:
         *,
         threads: int | None = None,
         progress: Progress = no_progress,
+        region: Region | None = None,
     ) -> None:
         self.radius, self.spacing = radius, spacing
         watched = _Watched(offset, spacing, -1.0 if parent.bounded else 1.0)
         contoured: Surface | None = None
         with suppress(EmptyResultError):
-            mesh = dual_contour(watched, spacing, threads=threads, progress=progress, draft=True)
-            contoured = Surface(mesh, threads=threads)
+            mesh = dual_contour(watched, spacing, threads=threads, progress=progress, draft=True, region=region)
+            contoured = Surface(mesh, threads=threads, bounds=watched.bounds)
         search = _Search(parent, radius, spacing, watched, contoured, threads, progress)
-        blocks = search.missing_blocks()
+        blocks = search.missing_blocks(region)
         thin = search.pieces(nodes_of(blocks)) if len(blocks) else None
-        added = None if thin is None else Surface(thin, threads=threads)
+        added = None if thin is None else Surface(thin, threads=threads, bounds=watched.bounds)
         found = _Both(contoured, added) if contoured and added else contoured or added
+        if found is None and region is not None:
+            found = _Far(float(np.linalg.norm(offset.bounds[1] - offset.bounds[0])))
         if found is None:
             raise EmptyResultError(f"a ball of radius {radius:g} mm fits nowhere")
         self.surface: Surface = found
@@ -184,6 +194,18 @@ class _Both(Surface):
         return distance, point
 
 
+class _Far(Surface):
+    """Surface of which nothing is near: all that is known is that it is farther than ``distance`` mm."""
+
+    def __init__(self, distance: float) -> None:
+        self._distance = distance
+
+    def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Give that distance ``(N,)``, and points ``(N, 3)`` so far away."""
+        x = np.asarray(points, np.float64)
+        return np.full(len(x), self._distance), x + np.array([self._distance, 0.0, 0.0])
+
+
 class _Watched(Implicit):
     """An Implicit that keeps the values found in the middles of blocks of two spacings while it is sampled."""
 
@@ -209,6 +231,10 @@ class _Watched(Implicit):
     def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the shape is linear."""
         return self.shape.affine_within(points, radius, tolerance)
+
+    def roughly(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Bounds ``(N,)`` of the values."""
+        return self.shape.roughly(points)
 
     def found(self) -> tuple[IntArray, FloatArray]:
         """Blocks (N, 3) of two spacings that may hold barely fitting centres, and the rooms (N,) in their middles."""
@@ -269,10 +295,13 @@ class _Search:
             room[part], direction[part] = -value - self.radius, -gradient
         return room, direction
 
-    def missing_blocks(self) -> IntArray:
+    def missing_blocks(self, region: Region | None) -> IntArray:
         """Blocks (N, 3) of two spacings from whose middles a centre is nearer than the contour."""
         h = self.spacing
         blocks, room = self.watched.found()
+        if region is not None:
+            well_in = region.holds(self.watched.middles(blocks) - _INNER / 2 * h, _INNER * h)
+            blocks, room = blocks[well_in], room[well_in]
         points = self.watched.middles(blocks)
         at = self._distance(points)[0]
         doubtful = at > np.abs(room) + _AT_FAULT * h

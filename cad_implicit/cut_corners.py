@@ -89,7 +89,7 @@ def mend_corners(mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, th
 
 def _near(points: FloatArray, places: FloatArray, reach: float) -> NDArray[np.bool_]:
     """Points (N, 3) in the cells, ``reach`` mm wide, of places and next to them: all that are nearer, and some more."""
-    low = points.min(axis=0) - 2 * reach
+    low = (np.floor(points.min(axis=0) / reach) - 2) * reach  # the same cells whatever else there is
     size = ((points.max(axis=0) - low) / reach).astype(np.int64) + 3
     cells, own = (((x - low) / reach).astype(np.int64) for x in (points, places))
     shifts = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)

@@ -176,12 +176,14 @@ class Surface:
     mesh : Mesh
     threads : int, optional
         Number of threads; all cores by default.
+    bounds : (2, 3) array, optional
+        Box in mm that holds them: distances to a triangle are then the same whatever others there are.
     """
 
-    def __init__(self, mesh: Mesh, *, threads: int | None = None) -> None:
+    def __init__(self, mesh: Mesh, *, threads: int | None = None, bounds: FloatArray | None = None) -> None:
         self.mesh = mesh
         self._threads = threads
-        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False, even=True)
+        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False, even=True, bounds=bounds)
 
     def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Distances ``(N,)`` in mm and closest points ``(N, 3)`` for points ``(N, 3)``."""

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,10 +29,13 @@ from .kernels import crossings, flat, hermite, projection, qef
 from .kernels import dual_contour as mesh_kernels
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .regions import Region
 from .sparse import PLANE_TOLERANCE, Bricks, sample_bricks
 from .surface_cells import Cells, find_cells
 from .untangling import Pieces, triangulate
+from .vertex_names import Names, names_of
 
+Faces = NDArray[np.int32]
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 #: Points evaluated at a time, so that a cancelled run ends soon and memory stays bounded.
@@ -77,6 +81,7 @@ def dual_contour(
     progress: Progress = no_progress,
     polish: Evaluate | None = None,
     draft: bool = False,
+    region: Region | None = None,
 ) -> Mesh:
     """Contour the surface of an Implicit, keeping its sharp edges and corners.
 
@@ -99,12 +104,15 @@ def dual_contour(
     draft : bool
         For distances only: sharp vertices are exact, smooth ones about as near to the surface as their triangles, which
         are not tidied up. Saves a third of the evaluations.
+    region : Region, optional
+        Contours only what is more than a brick of 8 cells within it; the Implicit, which has a Lipschitz constant, need
+        not be right elsewhere.
 
     Returns
     -------
     Mesh
-        Closed, 2-manifold, normals outward. Triangles thinner than 2 degrees are removed where the shape
-        allows it.
+        Closed, 2-manifold, normals outward; open at the border of a region. Triangles thinner than 2 degrees are
+        removed where the shape allows it.
 
     Raises
     ------
@@ -113,7 +121,24 @@ def dual_contour(
     SpacingError
         If the spacing is not positive and finite, or too small for the bounds.
     """
-    bricks = sample_bricks(implicit, spacing, bounds, threads=threads, progress=progress)
+    options: Any = {"threads": threads, "progress": progress, "polish": polish, "draft": draft, "region": region}
+    position, faces, _ = contoured(implicit, spacing, bounds, **options)
+    return Mesh(position, faces)
+
+
+def contoured(
+    implicit: Implicit,
+    spacing: float,
+    bounds: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    polish: Evaluate | None = None,
+    draft: bool = False,
+    region: Region | None = None,
+) -> tuple[FloatArray, Faces, Names]:
+    """Vertices (V, 3), faces (F, 3), and the vertices' names (V,) but for drafts; as :func:`dual_contour`."""
+    bricks = sample_bricks(implicit, spacing, bounds, threads=threads, progress=progress, region=region)
     run = _Run(implicit, bricks, threads, progress, polish, draft)
     cells = find_cells(bricks, lambda points: run.evaluate(points, implicit.value_and_gradient, "hermite")[0], threads)
     foot, normal = run.hermite(cells)
@@ -128,7 +153,8 @@ class _Vertices:
     position: FloatArray
     rank: NDArray[np.int8]
     normal: FloatArray
-    quads: NDArray[np.int32]
+    quads: Faces
+    whole: NDArray[np.bool_]
     between: NDArray[np.int32]
 
 
@@ -223,6 +249,8 @@ class _Run:
                 cells.cells, *cells.tables, *cells.edge_lookup, *place, foot, normal, cells.vertices
             )
             quads = mesh_kernels.quads(cells.edges, cells.inside_first, *cells.cell_lookup, b.neighbours, *cells.tables)
+        whole = quads.min(axis=1) >= 0
+        quads = np.where(quads >= 0, quads, quads.max(axis=1)[:, None]) if b.inner is not None else quads
         between, extra = self._split_doubled(cells, quads, foot)
         position = np.concatenate([position, extra])
         mass = np.concatenate([mass, extra])
@@ -242,7 +270,7 @@ class _Run:
             self._settle_sharp(position, np.flatnonzero(rank > 1))
             self._project_smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
-        return _Vertices(position, rank, directions, quads, between)
+        return _Vertices(position, rank, directions, quads, whole, between)
 
     def _split_doubled(
         self, cells: Cells, quads: NDArray[np.int32], foot: FloatArray
@@ -338,16 +366,19 @@ class _Run:
                 )
             pending = pending[again]
 
-    def mesh(self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices) -> Mesh:
-        """Triangles without slivers that do not run through each other; any triangles for a draft."""
+    def mesh(
+        self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices
+    ) -> tuple[FloatArray, Faces, Names]:
+        """Triangles without slivers that do not run through each other, and their vertices' names; a draft has none."""
         self.progress("triangles", 0.0)
         v = vertices
         if self.draft:
-            with self.kernels(len(v.quads)):
-                faces, _ = mesh_kernels.triangles(v.quads, normal, v.normal, v.position, v.rank)
-            return Mesh(v.position, faces)
-        pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.between)
-        position, faces, sharp = triangulate(pieces, self.kernels)
+            quads, normal = (v.quads, normal) if v.whole.all() else (v.quads[v.whole], normal[v.whole])
+            with self.kernels(len(quads)):
+                faces, _ = mesh_kernels.triangles(quads, normal, v.normal, v.position, v.rank)
+            return v.position, faces, np.zeros(0, np.int64)
+        pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.whole, v.between)
+        position, faces, sharp, origin = triangulate(pieces, self.kernels)
         position, faces = refine_creases(position, faces, sharp, self._onto_crease, self.bricks.spacing, self.kernels)
         rough, look = (
             partial(self.evaluate, function=f, stage="triangles", done=0.5)
@@ -355,7 +386,8 @@ class _Run:
         )
         mesh = mend_corners(Mesh(position, faces), rough, look, self.bricks.spacing, self.threads)
         self.progress("triangles", 1.0)
-        return mesh
+        names = names_of(cells, self.bricks.blocks, origin, len(v.position), len(mesh.vertices))
+        return mesh.vertices, mesh.faces, names
 
     def _onto_crease(
         self, points: FloatArray, normals: FloatArray, exactly: bool

@@ -15,20 +15,22 @@ come from the part. At the points of the result the ball's centre is polished (:
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .blend_zone import Zoned, blend_zone
 from .blends import blended
 from .centres import Centres
-from .distance import MeshDistance
+from .distance import MeshDistance, Surface
 from .dual import dual_contour
 from .errors import EmptyResultError
 from .implicit import Affine, FloatArray, Implicit, polished
-from .inscribed import largest_ball
+from .inscribed import nothing_left
 from .parallel import Progress, no_progress
+from .regions import Region
 
 #: Largest distance between result and truth: facets of vertices that lie on a blend miss it by their sagitta, this many
 #: spacings² / radius …
@@ -47,6 +49,10 @@ _FIT_SPACING = 0.02
 
 #: The distance to S counts only if it differs from the part's own by this share of the spacing.
 _CHANGED = 1e-7
+
+#: Centres are needed within the radius and so many spacings of a region: bricks of 8 cells are sampled if their middles
+#: are within 7.8 of the surface, and two bricks at the border of what is contoured are missing.
+AROUND = 26.0
 
 #: The plane that a pushed ball touches is the one it was pushed against if both agree within so many tolerances, …
 _SAME_PLANE = 3.0
@@ -85,6 +91,11 @@ class Shifted(Implicit):
         value, gradient, holds = self.parent.affine_within(points, radius, tolerance)
         return value + self.amount, gradient, holds
 
+    def roughly(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Bounds ``(N,)`` of the values."""
+        low, high = self.parent.roughly(points)
+        return low + self.amount, high + self.amount
+
 
 class Complement(Implicit):
     """Everything outside a shape; :func:`complement` makes it."""
@@ -114,6 +125,11 @@ class Complement(Implicit):
         value, gradient, holds = self.parent.affine_within(points, radius, tolerance)
         return -value, -gradient, holds
 
+    def roughly(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Bounds ``(N,)`` of the values."""
+        low, high = self.parent.roughly(points)
+        return -high, -low
+
     def within(self, points: ArrayLike, radius: ArrayLike) -> NDArray[np.bool_]:
         """Whether the surface comes nearer to points than a radius."""
         return self.parent.within(points, radius)
@@ -134,6 +150,10 @@ class Closing(Implicit):
         Default: all cores.
     progress : callable
         May raise to cancel.
+    region : Region, optional
+        Where values are needed; by default everywhere.
+    zoned : bool
+        Whether in a region only values near the surface are needed.
 
     Raises
     ------
@@ -153,6 +173,8 @@ class Closing(Implicit):
         *,
         threads: int | None = None,
         progress: Progress = no_progress,
+        region: Region | None = None,
+        zoned: bool = True,
     ) -> None:
         self.parent = parent
         self.radius = radius
@@ -162,7 +184,18 @@ class Closing(Implicit):
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
         offset = Shifted(parent, radius) if parent.bounded else Shifted(complement(parent), -radius)
-        self._centres = Centres(parent, offset, radius, spacing, threads=threads, progress=progress)
+        self._make = partial(Centres, parent, offset, radius, spacing, threads=threads, progress=progress)
+        if region is None:
+            self._centres = self._make()
+            self._surface = self._centres.surface
+        else:
+            zone = blend_zone(parent, radius, spacing, region, self.affine_within, progress) if zoned else region
+            self._surface = Zoned(zone, self._around)
+
+    def _around(self, zone: Region) -> Surface:
+        """Surface of the ball's centres around a zone."""
+        self._centres = self._make(region=zone.grown(self.radius + AROUND * self.spacing))
+        return self._centres.surface
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return self.value_and_gradient(points)[0]
@@ -178,10 +211,14 @@ class Closing(Implicit):
 
     def polished(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and gradients from polished ball centres: for points of the result."""
-        surface = self._centres.surface
-        value, gradient = blended(self.parent, surface, self.radius, self.spacing, points, threads=self._threads)
+        value, gradient = blended(self.parent, self._surface, self.radius, self.spacing, points, threads=self._threads)
         self._centres.fill_tight(points, value, gradient)
         return value, gradient
+
+    def roughly(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Bounds ``(N,)`` of the values: a closing raises those of the parent by the radius at most."""
+        low, high = self.parent.roughly(points)
+        return low, high + self.radius
 
     def affine_within(self, points: FloatArray, radius: float, tolerance: float) -> Affine:
         """Where the parent is linear, and around the pushed ball's centre too, so that the ball fits."""
@@ -213,7 +250,7 @@ class Closing(Implicit):
         """Numbers of the points that the closing may change, their distances from S and the nearest points of S."""
         which = np.flatnonzero(value > -self.radius)
         which = which[self.parent.within(self._pushed(x, value, gradient, which), self.radius - self._slack)]
-        distance, centre = self._centres.surface.closest(x[which])
+        distance, centre = self._surface.closest(x[which])
         return which, distance, centre
 
     def _set(
@@ -298,25 +335,37 @@ def distance_to(
 
 
 def closing(
-    part: Implicit, radius: float, spacing: float, *, threads: int | None = None, progress: Progress = no_progress
+    part: Implicit,
+    radius: float,
+    spacing: float,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    region: Region | None = None,
+    zoned: bool = True,
 ) -> Implicit:
     """Fillet of radius ``radius`` mm."""
-    return Closing(part, radius, spacing, threads=threads, progress=progress)
+    return Closing(part, radius, spacing, threads=threads, progress=progress, region=region, zoned=zoned)
 
 
 def opening(
-    part: Implicit, radius: float, spacing: float, *, threads: int | None = None, progress: Progress = no_progress
+    part: Implicit,
+    radius: float,
+    spacing: float,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    region: Region | None = None,
+    zoned: bool = True,
 ) -> Implicit:
     """Round of radius ``radius`` mm: the closing of the complement."""
     try:
-        return complement(Closing(complement(part), radius, spacing, threads=threads, progress=progress))
+        outside = closing(
+            complement(part), radius, spacing, threads=threads, progress=progress, region=region, zoned=zoned
+        )
+        return complement(outside)
     except EmptyResultError:
-        fits, centre = largest_ball(part)
-        place = ", ".join(f"{x:.4g}" for x in centre)
-        raise EmptyResultError(
-            f"nothing is left: the part is nowhere {2 * radius:g} mm thick, so no ball of radius {radius:g} mm fits "
-            f"inside; the largest that does has a radius of {fits:.6g} mm, around ({place}) mm: use a smaller one"
-        ) from None
+        raise nothing_left(part, radius) from None
 
 
 def smoothing(
@@ -327,11 +376,14 @@ def smoothing(
     first: Literal["round", "fillet"] = "round",
     threads: int | None = None,
     progress: Progress = no_progress,
+    region: Region | None = None,
 ) -> Implicit:
     """Round and fillet of radius ``radius`` mm, one after the other."""
     one, other = (opening, closing) if first == "round" else (closing, opening)
-    rounded = one(part, radius, spacing, threads=threads, progress=progress)
-    return other(rounded, radius, spacing, threads=threads, progress=progress)
+    # Values are asked for around the second one's centres, and where these are pushed to.
+    around = None if region is None else region.grown(2 * (radius + AROUND * spacing))
+    rounded = one(part, radius, spacing, threads=threads, progress=progress, region=around, zoned=False)
+    return other(rounded, radius, spacing, threads=threads, progress=progress, region=region)
 
 
 def offset(part: Implicit, distance: float, spacing: float, *, threads: int | None = None) -> Implicit:

@@ -143,6 +143,11 @@ class Implicit(ABC):
         """
         return np.zeros(len(points)), np.zeros_like(points), np.zeros(len(points), np.bool_)
 
+    def roughly(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds ``(N,)`` of the values that cost little."""
+        value = self(points)
+        return value, value
+
     @property
     def exact(self) -> bool:
         """Whether values are exact signed distances everywhere."""

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from .errors import EmptyResultError
 from .implicit import Implicit
 
 #: Blocks that are looked at together and their last size relative to the part.
@@ -39,3 +40,13 @@ def largest_ball(shape: Implicit) -> tuple[float, tuple[float, float, float]]:
             return best, (x, y, z)
         blocks = (blocks[keep, None] + side * corners).reshape(-1, 3)
         side /= 2
+
+
+def nothing_left(part: Implicit, radius: float) -> EmptyResultError:
+    """Error that says that no ball of a radius in mm fits inside a part, and which one does."""
+    fits, centre = largest_ball(part)
+    place = ", ".join(f"{x:.4g}" for x in centre)
+    return EmptyResultError(
+        f"nothing is left: the part is nowhere {2 * radius:g} mm thick, so no ball of radius {radius:g} mm fits "
+        f"inside; the largest that does has a radius of {fits:.6g} mm, around ({place}) mm: use a smaller one"
+    )

@@ -21,12 +21,16 @@ from .implicit import Implicit
 from .mesh import Mesh
 from .outcome import Clock, Outcome, crossings, leaks, repairs
 from .parallel import Progress, no_progress
+from .piecewise import PIECEWISE, in_tiles, is_large
 from .rails import Radius
 from .simplifying import simplify as simplified
 from .sizing import Engine
 
 #: An opening that loses more than this share of the volume is refused unless forced.
 LOST_VOLUME_LIMIT = 0.5
+
+#: Vertices whose distance to the part is looked at together.
+_BATCH = 1 << 19
 
 #: What the amount of an operation is, where it is no radius.
 _AMOUNTS = {"offset": "the offset's amount", "shell": "the wall's thickness", "infill": "the wall's thickness"}
@@ -142,7 +146,10 @@ def run(
         sizing.check_radius(abs(amount), bounds, opening=opening)
         margin = abs(amount) if operation in ("fillet", "smooth") or amount > 0 else 0.0
         detail = abs(amount) * (shelling.RADIUS_PER_WALL if operation == "infill" else 1.0)
-        h = sizing.choose_spacing(bounds, detail, engine=engine, spacing=spacing, tolerance=tolerance, margin=margin)
+        piecewise = engine == "exact" and operation in PIECEWISE
+        h = sizing.choose_spacing(
+            bounds, detail, engine=engine, spacing=spacing, tolerance=tolerance, margin=margin, in_tiles=piecewise
+        )
         coarse = sizing.unresolved(h, amount) if operation in KINDS else []
         with clock.stage("mesh"):
             before = opened.mesh(sizing.TESSELLATION_PER_SPACING[engine] * h)
@@ -152,11 +159,16 @@ def run(
         with clock.stage(operation):
             function, options = _function(operation, side, open, cell, kind, skin)
             part_distance = MeshDistance(before, sign="winding" if doubts else "auto", threads=threads)
-            result = function(
-                part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress, **options
-            )
-        with clock.stage("contour"):
-            mesh = contour(result, threads=threads, progress=progress)
+            if piecewise and is_large(before.area, h):
+                result, mesh = in_tiles(part_distance, operation, amount, h, threads=threads, progress=progress)
+            else:
+                result = function(
+                    part_distance, amount, spacing=h, engine=engine, threads=threads, progress=progress, **options
+                )
+                mesh = None
+        if mesh is None:
+            with clock.stage("contour"):
+                mesh = contour(result, threads=threads, progress=progress)
         if simplify is not None:
             with clock.stage("simplify"):
                 mesh = simplified(mesh, simplify)
@@ -229,7 +241,8 @@ def _unchanged(operation: str, part: MeshDistance, after: Mesh, spacing: float, 
     if operation not in _UNCHANGED or engine != "exact":
         return False
     facets = sizing.TESSELLATION_PER_SPACING[engine] * spacing
-    return bool(np.abs(part(after.vertices)).max() <= facets)
+    some = (after.vertices[start : start + _BATCH] for start in range(0, len(after.vertices), _BATCH))
+    return all(bool(np.abs(part(points)).max() <= facets) for points in some)
 
 
 def _changes(operation: str, amount: float, before: Mesh, after: Mesh, *, told: bool, force: bool) -> list[str]:

@@ -5,6 +5,7 @@ Not promised: a Mesh may be open, overlap itself or hold slivers. Operations che
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +20,9 @@ IntArray = NDArray[np.int32]
 
 #: Coordinates beyond, in mm, are refused: their cubes, as in volumes, and the numbers of files would overflow.
 _FARTHEST = 1e30
+
+#: Triangles measured at a time, so that what that takes stays below the mesh itself.
+_BATCH = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +88,9 @@ class Mesh:
     @cached_property
     def bounds(self) -> FloatArray:
         """Lower and upper corner ``(2, 3)`` of the used vertices in mm."""
-        used = self.vertices[np.unique(self.faces)]
-        return np.stack([used.min(axis=0), used.max(axis=0)])
+        used = _marked(self.faces, len(self.vertices))[:, None]
+        low = self.vertices.min(axis=0, where=used, initial=np.inf)
+        return np.stack([low, self.vertices.max(axis=0, where=used, initial=-np.inf)])
 
     @property
     def diagonal(self) -> float:
@@ -95,20 +100,17 @@ class Mesh:
     @cached_property
     def face_vectors(self) -> FloatArray:
         """Outward normals ``(F, 3)``, each as long as its triangle's area in mm²."""
-        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
-        return np.asarray(np.cross(b - a, c - a) / 2)
+        return self._vectors(slice(None))
 
     @cached_property
     def area(self) -> float:
         """Surface area in mm²."""
-        return float(np.linalg.norm(self.face_vectors, axis=1).sum())
+        return float(sum(np.linalg.norm(self._vectors(some), axis=1).sum() for some in self._batches()))
 
     @cached_property
     def volume(self) -> float:
         """Enclosed volume in mm³, positive if normals point outward (divergence theorem)."""
-        centre = self.vertices.mean(axis=0)
-        first = self.vertices[self.faces[:, 0]] - centre
-        return float((first * self.face_vectors).sum() / 3)
+        return float(sum(cones.sum() for _, cones in self._cones()))
 
     @cached_property
     def open_edges(self) -> int:
@@ -139,9 +141,10 @@ class Mesh:
     @cached_property
     def shell_volumes(self) -> FloatArray:
         """Signed volume of each shell in mm³; cavities are negative."""
-        first = self.vertices[self.faces[:, 0]] - self.vertices.mean(axis=0)
-        cones = (first * self.face_vectors).sum(axis=1) / 3
-        return np.asarray(np.bincount(self.component_of_face, cones), np.float64)
+        total = np.zeros(self.shells)
+        for some, cones in self._cones():
+            total += np.bincount(self.component_of_face[some], cones, len(total))
+        return total
 
     @property
     def components(self) -> int:
@@ -154,6 +157,22 @@ class Mesh:
         edges = 3 * len(self.faces) // 2
         euler = int(_marked(self.faces, len(self.vertices)).sum()) - edges + len(self.faces)
         return self.shells - euler // 2
+
+    def _batches(self) -> Iterator[slice]:
+        """Triangles, some at a time."""
+        return (slice(start, start + _BATCH) for start in range(0, len(self.faces), _BATCH))
+
+    def _vectors(self, some: slice) -> FloatArray:
+        """Give the normals (N, 3) of triangles, as long as their area."""
+        a, b, c = (self.vertices[self.faces[some, i]] for i in range(3))
+        return np.asarray(np.cross(b - a, c - a) / 2)
+
+    def _cones(self) -> Iterator[tuple[slice, FloatArray]]:
+        """Triangles, some at a time, and the volumes (N,) of the cones from the middle of the mesh to them."""
+        centre = self.vertices.mean(axis=0)
+        for some in self._batches():
+            first = self.vertices[self.faces[some, 0]] - centre
+            yield some, (first * self._vectors(some)).sum(axis=1) / 3
 
     def require_closed(self) -> Mesh:
         """Return this mesh.

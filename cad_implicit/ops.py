@@ -270,7 +270,7 @@ def of_distances(shape: Implicit) -> bool:
 class Call:
     """What all operations do first: understand the shape, choose engine and spacing, check the radius.
 
-    ``check`` tells whether to warn where no ball of the radius fits.
+    ``check`` tells whether to warn where no ball of the radius fits; ``in_tiles`` that not all is done at once.
     """
 
     def __init__(
@@ -284,6 +284,7 @@ class Call:
         engine: Engine | None,
         threads: int | None,
         progress: Progress,
+        in_tiles: bool = False,
     ) -> None:
         if engine not in (None, *get_args(Engine)):
             raise ValueError(f"engine must be one of {', '.join(get_args(Engine))}, not {engine!r}")
@@ -298,7 +299,13 @@ class Call:
             spacing = self.source.spacing
         self.given = spacing is not None or tolerance is not None
         self.spacing = sizing.choose_spacing(
-            self.source.bounds, radius, engine=self.engine, spacing=spacing, tolerance=tolerance, margin=margin
+            self.source.bounds,
+            radius,
+            engine=self.engine,
+            spacing=spacing,
+            tolerance=tolerance,
+            margin=margin,
+            in_tiles=in_tiles,
         )
 
     def distance(self, sides: tuple[Side, ...], *, check: bool = True) -> Implicit:

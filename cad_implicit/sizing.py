@@ -34,6 +34,15 @@ BYTES_PER_NODE = 40
 #: … and for each spacing² of surface in the exact engine (bricks, edges, vertices, tree of the ball centres).
 BYTES_PER_SURFACE_CELL = 2500
 
+#: The same where the part is done in tiles: for the result, and what joins it, …
+BYTES_PER_TILED_CELL = 160
+
+#: … and for each brick of 8³ nodes near the surface in a tile (cells of 8, halo and ball centres included): so many at
+#: most, for whom more costs nothing less, and so few at least, whose halo is then most of the work.
+BYTES_PER_TILE_BRICK = 60_000
+_MOST_BRICKS = 16_000
+_FEWEST_BRICKS = 300
+
 #: The same for the strips of local blends, which are joined to the part, too (measured 1600 to 3700).
 BYTES_PER_STRIP_CELL = 4000
 
@@ -107,6 +116,7 @@ def choose_spacing(
     tolerance: float | None = None,
     margin: float = 0.0,
     area: float | None = None,
+    in_tiles: bool = False,
 ) -> float:
     """Spacing in mm: the given one, the one that keeps a tolerance, or the default that fits into memory.
 
@@ -123,6 +133,8 @@ def choose_spacing(
         Room in mm that the operation needs around the part.
     area : float, optional
         Surface in mm² that is contoured, if it is not all of a part in that box.
+    in_tiles : bool
+        Whether large parts are done in tiles, down to smaller spacings; the default is no smaller for it.
 
     Raises
     ------
@@ -149,7 +161,7 @@ def choose_spacing(
     if spacing is None:
         return max(default, smallest)
     h = positive("spacing", spacing, SpacingError)
-    if h < smallest:
+    if h < smallest and not in_tiles:
         need, have = estimate_memory(bounds, h, margin, engine, area), budget
         raise MemoryLimitError(
             f"a spacing of {h:g} mm needs {need / 2**30:.1f} GiB, but {have / 2**30:.1f} GiB may be used; "
@@ -225,7 +237,37 @@ def estimate_memory(
         return float(np.prod(size / spacing + 2 * reinit.MARGIN + 1)) * BYTES_PER_NODE
     if area is not None:
         return area / spacing**2 * BYTES_PER_STRIP_CELL
-    return 2 * float((size * np.roll(size, 1)).sum()) / spacing**2 * BYTES_PER_SURFACE_CELL
+    return estimate_surface(2 * float((size * np.roll(size, 1)).sum()), spacing)
+
+
+def estimate_surface(area: float, spacing: float) -> float:
+    """Bytes that an operation of the exact engine needs at its peak, from the surface in mm²."""
+    return area / spacing**2 * BYTES_PER_SURFACE_CELL
+
+
+def estimate_tiles(area: float, spacing: float, bricks: int) -> float:
+    """Bytes that an operation needs at its peak if it is done in tiles of so many bricks, from the surface in mm²."""
+    return area / spacing**2 * BYTES_PER_TILED_CELL + bricks * BYTES_PER_TILE_BRICK
+
+
+def bricks_in_a_tile(area: float, spacing: float) -> int:
+    """Give the number of bricks near the surface that a tile may have.
+
+    Raises
+    ------
+    MemoryLimitError
+        If even small tiles need more memory than there is; names the smallest spacing that fits.
+    """
+    budget = available_memory()
+    least = estimate_tiles(area, spacing, _FEWEST_BRICKS)
+    if least > budget:
+        cells = max(budget - _FEWEST_BRICKS * BYTES_PER_TILE_BRICK, 1) / BYTES_PER_TILED_CELL
+        raise MemoryLimitError(
+            f"a spacing of {spacing:g} mm needs {least / 2**30:.2g} GiB, but {budget / 2**30:.2g} GiB may be used; "
+            f"use a spacing of {_rounded_up(math.sqrt(area / cells)):g} mm or more"
+        )
+    room = budget - estimate_tiles(area, spacing, 0)
+    return int(min(room / BYTES_PER_TILE_BRICK, _MOST_BRICKS))
 
 
 def available_memory() -> int:

@@ -21,6 +21,7 @@ from .errors import SpacingError
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as kernels
 from .parallel import Progress, no_progress
+from .regions import Region
 
 #: Bricks whose nodes are evaluated together: bounds the array of points to 50 MB.
 _CHUNK_BRICKS = 4096
@@ -64,6 +65,8 @@ class Bricks:
         All nodes outside this box in mm are negative.
     cropped : bool
         Whether the box cut off nodes that the Implicit has inside.
+    inner : (B,) bool, optional
+        Bricks that lack no neighbour; if only a part of space was sampled.
     """
 
     origin: FloatArray
@@ -75,6 +78,7 @@ class Bricks:
     neighbours: NDArray[np.int32]
     box: FloatArray
     cropped: bool
+    inner: NDArray[np.bool_] | None = None
 
 
 @dataclass(eq=False)
@@ -102,6 +106,7 @@ class _Sampler:
         spacing: float,
         whole: bool,
         threads: int | None,
+        region: Region | None,
     ) -> None:
         self.implicit = implicit
         self.box = box
@@ -109,6 +114,7 @@ class _Sampler:
         self.spacing = spacing
         self.whole = whole
         self.threads = threads
+        self.region = region
         self.slope = implicit.lipschitz or 1.0
         self.cropped = False
         self.planes_found = 0
@@ -150,6 +156,26 @@ class _Sampler:
         samples.planes.append(planes)
         return ids[~holds]
 
+    def wanted(self, blocks: NDArray[np.integer], size: int) -> NDArray[np.bool_]:
+        """Whether blocks (N, 3) of ``size`` bricks a side lie in the region, at least in part."""
+        if self.region is None:
+            return np.ones(len(blocks), np.bool_)
+        side = 8 * size * self.spacing
+        return self.region.overlaps(self.origin + side * blocks - self.spacing / 2, side)
+
+    def near(self, blocks: NDArray[np.int32], size: int, limit: float) -> NDArray[np.bool_]:
+        """Whether values in the middles of blocks (N, 3) of ``size`` bricks a side are within a limit."""
+        points = self.origin + self.spacing * (8 * size * (blocks + 0.5) - 0.5)
+        chosen = np.ones(len(blocks), np.bool_)
+        if self.region is not None:
+            low, high = (np.array(bound, np.float64) for bound in self.implicit.roughly(points))
+            for bound in (low, high):
+                kernels.crop_values(points, bound, self.box[0], self.box[1], self.slope)
+            chosen = (low <= limit) & (high >= -limit)
+        if self.region is None or size == 1:
+            chosen[chosen] = np.abs(self(points[chosen])) <= limit
+        return chosen
+
     def __call__(self, points: FloatArray) -> FloatArray:
         values = np.array(self.implicit(points), np.float64)
         self.cropped |= bool(kernels.crop_values(points, values, self.box[0], self.box[1], self.slope))
@@ -163,6 +189,7 @@ def sample_bricks(
     *,
     threads: int | None = None,
     progress: Progress = no_progress,
+    region: Region | None = None,
 ) -> Bricks:
     """Sample an Implicit where its surface may be.
 
@@ -181,6 +208,8 @@ def sample_bricks(
         Number of threads of the kernels, all cores by default; the result does not depend on it.
     progress : callable
         Called as ``progress("sample", fraction)``; may raise to cancel.
+    region : Region, optional
+        Only bricks that overlap it are sampled; the Implicit need not be right elsewhere, but has a Lipschitz constant.
 
     Raises
     ------
@@ -192,7 +221,7 @@ def sample_bricks(
     if counts.max() > _MAX_BRICKS:
         need = float((box[1] - box[0]).max()) / (8 * _MAX_BRICKS)
         raise SpacingError(f"spacing {spacing:g} mm is too small for the bounds; use at least {need:.3g} mm")
-    sampler = _Sampler(implicit, box, origin, float(spacing), bounds is None and implicit.bounded, threads)
+    sampler = _Sampler(implicit, box, origin, float(spacing), bounds is None and implicit.bounded, threads, region)
     if implicit.lipschitz:
         blocks, samples = _by_octree(sampler, counts, implicit.lipschitz, progress)
     else:
@@ -200,9 +229,24 @@ def sample_bricks(
     blocks, samples, neighbours = _closed(sampler, counts, blocks, samples, progress)
     progress("sample", 1.0)
     planes = np.concatenate([np.zeros((0, 4)), *samples.planes])
+    inner = None if region is None else ~_lacking(sampler, counts, blocks, neighbours)
     return Bricks(
-        origin, float(spacing), blocks, samples.values, samples.plane, planes, neighbours, box, sampler.cropped
+        origin, float(spacing), blocks, samples.values, samples.plane, planes, neighbours, box, sampler.cropped, inner
     )
+
+
+def near_bricks(implicit: Implicit, spacing: float) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Bricks (N, 3) near the surface of an Implicit with a Lipschitz constant, and how many (3,) its lattice has."""
+    box, origin = lattice(implicit, spacing)
+    counts = np.floor(((box[1] - origin) / spacing + 1) / 8).astype(np.int64) + 1
+    assert implicit.lipschitz is not None
+    limit = implicit.lipschitz * spacing * math.sqrt(3)
+
+    def keep(blocks: NDArray[np.int32], size: int) -> NDArray[np.int32]:
+        centres = origin + spacing * (8 * size * (blocks + 0.5) - 0.5)
+        return blocks[np.abs(implicit(centres)) <= limit * 4 * size]
+
+    return _descend(counts, keep), counts
 
 
 def lattice(implicit: Implicit, spacing: float, bounds: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
@@ -248,9 +292,8 @@ def _by_octree(
         step = 512 * _CHUNK_BRICKS
         for start in range(0, len(blocks), step):
             progress("sample", 0.0)
-            part = blocks[start : start + step]
-            centres = sampler.origin + sampler.spacing * (8 * size * (part + 0.5) - 0.5)
-            chosen[start : start + step] = np.abs(sampler(centres)) <= limit * (8 * size + 1) / 2
+            part = start + np.flatnonzero(sampler.wanted(blocks[start : start + step], size))
+            chosen[part] = sampler.near(blocks[part], size, limit * (8 * size + 1) / 2)
         return blocks[chosen]
 
     blocks = _descend(counts, keep)
@@ -284,6 +327,7 @@ def _closed(
         signs = np.zeros(len(missing), np.uint8)
         np.bitwise_or.at(signs, which.ravel(), seen[brick, place])
         extra = missing[(signs == 3) & (missing >= 0).all(axis=1) & (missing < counts).all(axis=1)].astype(np.int32)
+        extra = extra[sampler.wanted(extra, 1)]
         if len(extra) == 0:
             return blocks, samples, neighbours
         progress("sample", 1.0)
@@ -295,6 +339,19 @@ def _closed(
         blocks = blocks[order]
         values = np.concatenate([samples.values, more.values])[order]
         samples = _Samples(values, np.concatenate([samples.plane, more.plane])[order], samples.planes)
+
+
+def _lacking(
+    sampler: _Sampler, counts: NDArray[np.int64], blocks: NDArray[np.int32], neighbours: NDArray[np.int32]
+) -> NDArray[np.bool_]:
+    """Bricks (B,) with a neighbour on the lattice that was not sampled, as it is not in the region."""
+    lacking = np.zeros(len(blocks), np.bool_)
+    for number in range(27):
+        alone = np.flatnonzero(neighbours[:, number] < 0)
+        other = blocks[alone] + np.array([number // 9 - 1, number // 3 % 3 - 1, number % 3 - 1])
+        there = ((other >= 0) & (other < counts)).all(axis=1)
+        lacking[alone[there]] |= ~sampler.wanted(other[there], 1)
+    return lacking
 
 
 def _everywhere(sampler: _Sampler, counts: NDArray[np.int64], progress: Progress) -> tuple[NDArray[np.int32], _Samples]:

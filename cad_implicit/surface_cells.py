@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import parallel
 from .errors import EmptyResultError
 from .implicit import FloatArray
-from .kernels import crossings
+from .kernels import crossings, open_cells
 from .kernels.cell_tables import LOOPS
 from .sparse import Bricks
 
@@ -76,6 +76,8 @@ def find_cells(bricks: Bricks, values: Callable[[FloatArray], FloatArray], threa
     with parallel.threads(threads, b.values.size):
         signs = crossings.sign_words(b.values)
         edge_words, cell_words, face_words = crossings.crossing_words(signs, b.neighbours)
+        if b.inner is not None:
+            open_cells.leave_out(edge_words, cell_words, face_words, b.neighbours, b.inner)
         edge_start, cell_start, face_start = (crossings.starts(w) for w in (edge_words, cell_words, face_words))
         edges = crossings.codes(edge_words, edge_start)
         cells = crossings.codes(cell_words, cell_start)

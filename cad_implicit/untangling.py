@@ -68,7 +68,9 @@ class Pieces:
     rank : (V,) int8
         Above 1 for sharp vertices.
     quads : (E, 4) int32
-        Vertices around each crossed edge.
+        Vertices around each crossed edge, or some of them at the border of a region.
+    whole : (E,) bool
+        Quads of which all vertices are there.
     between : (E, 4) int32 or (0, 4) int32
         Vertex on each side of the quads, or -1; empty if there are none.
     """
@@ -81,12 +83,13 @@ class Pieces:
     smooth: FloatArray
     rank: NDArray[np.int8]
     quads: NDArray[np.int32]
+    whole: NDArray[np.bool_]
     between: NDArray[np.int32]
 
 
 def triangulate(
     pieces: Pieces, threads: Callable[[int], AbstractContextManager[None]]
-) -> tuple[FloatArray, Faces, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Faces, NDArray[np.bool_], NDArray[np.int64]]:
     """Triangulate the quads, remove slivers, and see to it that no triangles run through each other.
 
     Parameters
@@ -102,10 +105,14 @@ def triangulate(
     faces : (F, 3) int32
     sharp : (N,) bool
         Vertices on creases.
+    origin : (N,) int64
+        Number of each vertex among those of the pieces; of the middle of a quad, the quad's number plus that of those.
     """
     p = pieces
     step = np.zeros(len(p.position), np.int8)
-    everywhere = _Zone(np.arange(len(p.quads)), np.zeros(len(step), np.bool_), np.ones(len(step), np.bool_))
+    border = np.zeros(len(step), np.bool_)
+    border[p.quads[~p.whole]] = True
+    everywhere = _Zone(np.flatnonzero(p.whole), border, np.ones(len(step), np.bool_))
     zone = everywhere
     for number in range(_ROUNDS):
         position, faces, centres = _tidy_triangles(p, step, zone, threads)
@@ -116,14 +123,15 @@ def triangulate(
             if number >= _GROWING:
                 around = np.unique(p.quads[np.isin(p.quads, used).any(axis=1)])
                 step[around] = np.maximum(step[around], _CUT)
-            zone = everywhere if number == _ROUNDS - 2 else _zone_around(p, step > 0)
+            zone = everywhere if number == _ROUNDS - 2 else _zone_around(p, step > 0, border)
         elif zone is everywhere:
             break
         else:
             zone = everywhere
     vertices, faces, kept = slivers.compact(position, faces)
     sharp = np.concatenate([(p.rank > 1) & (step == 0), np.zeros(len(position) - len(p.rank), np.bool_)])
-    return vertices, faces, sharp[kept]
+    origin = np.concatenate([np.arange(len(p.position)), len(p.position) + centres])
+    return vertices, faces, sharp[kept], origin[kept]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +143,7 @@ class _Zone:
     trusted: NDArray[np.bool_]
 
 
-def _zone_around(p: Pieces, start: NDArray[np.bool_]) -> _Zone:
+def _zone_around(p: Pieces, start: NDArray[np.bool_], border: NDArray[np.bool_]) -> _Zone:
     """Quads within some rings of vertices."""
     own = p.cells.vertices
     inner, trusted = start.copy(), start.copy()
@@ -147,7 +155,7 @@ def _zone_around(p: Pieces, start: NDArray[np.bool_]) -> _Zone:
             trusted = closed
     closed[own:] = True
     trusted[own:] = True
-    return _Zone(np.flatnonzero(chosen), ~closed, trusted)
+    return _Zone(np.flatnonzero(chosen & p.whole), ~closed | border, trusted)
 
 
 def _tangled(

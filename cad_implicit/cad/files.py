@@ -19,8 +19,9 @@ import numpy as np
 from cad_implicit.errors import FileFormatError, InvalidMeshError, MissingHostError
 from cad_implicit.mesh import Mesh
 
+from .binary_meshes import write_ply, write_stl
 from .kernel import within_freecad
-from .mesh_bytes import safe_bytes, stl_bytes
+from .mesh_bytes import safe_bytes
 from .weld import welded
 
 STEP_EXTENSIONS = (".step", ".stp")
@@ -148,8 +149,9 @@ def write_mesh(mesh: Mesh, path: Path, kind: str) -> None:
 
     STL and PLY hold float32.
     """
-    if kind == ".stl":
-        path.write_bytes(stl_bytes(mesh))
+    if kind in (".stl", ".ply"):
+        with path.open("wb") as file:
+            (write_stl if kind == ".stl" else write_ply)(mesh, file)
         return
     import trimesh
 

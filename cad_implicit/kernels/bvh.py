@@ -72,15 +72,17 @@ class Tree(NamedTuple):
     exterior: int
 
 
-def build_tree(vertices: np.ndarray, faces: np.ndarray, signed: bool = True, even: bool = False) -> Tree:
-    """Build the tree of triangles ``vertices[faces]``.
+def build_tree(
+    vertices: np.ndarray, faces: np.ndarray, signed: bool = True, even: bool = False, bounds: np.ndarray | None = None
+) -> Tree:
+    """Build the tree of triangles ``vertices[faces]``, which lie in a box ``bounds`` (2, 3) if it is given.
 
-    Without pseudonormals and dipoles if only distances are asked for; in less time for ``even`` triangles, all of
-    similar size.
+    In the same box the distance to a triangle does not depend on the others, to the last bit. Without pseudonormals and
+    dipoles if only distances are asked for; in less time for ``even`` triangles, all of similar size.
     """
     used = vertices[faces].reshape(len(faces), 9)
     boxes = _boxes(used)
-    low, high = _extent(boxes)
+    low, high = _extent(boxes) if bounds is None else bounds
     diagonal = math.sqrt(float(((high - low) ** 2).sum()))
     scale = 2.0 ** math.ceil(math.log2(diagonal)) if diagonal > 0 else 1.0
     # A round centre keeps round coordinates exact.

@@ -148,13 +148,6 @@ def edge_index(words, start, neighbours, brick, axis, i, j, k):
 
 
 @jit
-def cell_index(words, start, neighbours, brick, i, j, k):
-    """Index of the active cell at node (i, j, k) seen from ``brick``."""
-    w = 8 * brick_at(neighbours, brick, i, j, k) + (i & 7)
-    return start[w] + bits_before(words[w >> 3, w & 7], 8 * (j & 7) + (k & 7))
-
-
-@jit
 def decode_edge(code):
     """Brick, axis and node (i, j, k) of the code of an edge or a face."""
     w = code >> 6

@@ -10,8 +10,9 @@ import numba
 import numpy as np
 
 from .cell_tables import LOOP_OF_EDGE
-from .crossings import axis_steps, cell_index, decode_edge, edge_index
+from .crossings import axis_steps, decode_edge, edge_index
 from .jit import jit, parallel_jit
+from .open_cells import active_cell
 
 #: Both diagonals are good if no triangle turns from the normal by more than this (cosine of 10 degrees); then the
 #: better shaped pair of triangles is taken.
@@ -22,7 +23,7 @@ _CHUNK = 256
 
 @parallel_jit
 def quads(edge_code, inside_first, cell_words, cell_start, neighbours, rows, first):
-    """Vertices (E, 4) around each crossed edge, counter-clockwise seen from outside."""
+    """Vertices (E, 4) around each crossed edge, counter-clockwise seen from outside; -1 for cells left out."""
     out = np.empty((len(edge_code), 4), np.int32)
     for e in numba.prange(len(edge_code)):
         brick, axis, i, j, k = decode_edge(edge_code[e])
@@ -31,7 +32,7 @@ def quads(edge_code, inside_first, cell_words, cell_start, neighbours, rows, fir
         for corner in range(4):
             u = 1 if corner == 1 or corner == 2 else 0
             v = 1 if corner >= 2 else 0
-            cell = cell_index(
+            cell = active_cell(
                 cell_words,
                 cell_start,
                 neighbours,
@@ -40,7 +41,7 @@ def quads(edge_code, inside_first, cell_words, cell_start, neighbours, rows, fir
                 j - u * one[1] - v * two[1],
                 k - u * one[2] - v * two[2],
             )
-            vertex = first[cell] + LOOP_OF_EDGE[rows[cell], 4 * axis + 2 * u + v]
+            vertex = first[cell] + LOOP_OF_EDGE[rows[cell], 4 * axis + 2 * u + v] if cell >= 0 else -1
             out[e, 3 - corner if turned else corner] = vertex
     return out
 
@@ -101,8 +102,10 @@ def doubled_edges(
     for q in range(len(face_code)):
         brick, axis, i, j, k = decode_edge(face_code[q])
         along = axis_steps(axis)[0]
-        upper = cell_index(cell_words, cell_start, neighbours, brick, i, j, k)
-        lower = cell_index(cell_words, cell_start, neighbours, brick, i - along[0], j - along[1], k - along[2])
+        upper = active_cell(cell_words, cell_start, neighbours, brick, i, j, k)
+        lower = active_cell(cell_words, cell_start, neighbours, brick, i - along[0], j - along[1], k - along[2])
+        if upper < 0 or lower < 0:
+            continue
         above = _shared_vertex(upper, rows, first, axis, 0)
         below = _shared_vertex(lower, rows, first, axis, 1)
         if above < 0 or below < 0:

@@ -105,14 +105,12 @@ def dual_contour(
         For distances only: sharp vertices are exact, smooth ones about as near to the surface as their triangles, which
         are not tidied up. Saves a third of the evaluations.
     region : Region, optional
-        Contours only what is more than a brick of 8 cells within it; the Implicit, which has a Lipschitz constant, need
-        not be right elsewhere.
+        Contours only what is a brick of 8 cells within it; the Implicit need not be right elsewhere.
 
     Returns
     -------
     Mesh
-        Closed, 2-manifold, normals outward; open at the border of a region. Triangles thinner than 2 degrees are
-        removed where the shape allows it.
+        2-manifold, normals outward; closed but at a region's border. No triangles thinner than 2 degrees, if possible.
 
     Raises
     ------
@@ -373,9 +371,8 @@ class _Run:
         self.progress("triangles", 0.0)
         v = vertices
         if self.draft:
-            quads, normal = (v.quads, normal) if v.whole.all() else (v.quads[v.whole], normal[v.whole])
-            with self.kernels(len(quads)):
-                faces, _ = mesh_kernels.triangles(quads, normal, v.normal, v.position, v.rank)
+            with self.kernels(len(v.quads)):
+                faces, _ = mesh_kernels.triangles(v.quads[v.whole], normal[v.whole], v.normal, v.position, v.rank)
             return v.position, faces, np.zeros(0, np.int64)
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.whole, v.between)
         position, faces, sharp, origin = triangulate(pieces, self.kernels)

@@ -1,4 +1,4 @@
-"""Large parts: ``python -m validation.large [CELLS …]``, 512 and 1024 cells along the bracket's longest side by default.
+"""Large parts: ``python -m validation.large [CELLS …]``, 512 and 1024 along the longest side by default.
 
 Fillets the bracket that comes with the package by 3 mm, each in a process of its own. Prints time, processor time, the
 peak of memory beside the estimate, triangles, whether the mesh is closed, and its volume.

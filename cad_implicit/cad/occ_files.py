@@ -35,6 +35,7 @@ _BREP_FLAGS = re.compile(rb"^[01]{7}\s*$", re.MULTILINE)
 #: Strings and comments of STEP files, and entities without them: names, numbers, references, enumerations, binaries.
 _STRINGS = re.compile(rb"'(?:[^']|'')*+'|/\*.*?\*/", re.DOTALL)
 _ENTITIES = re.compile(rb"^\s*(#[^;]*);", re.MULTILINE).findall
+_REFERENCES = re.compile(rb"#\d++").findall
 _ENTITY = re.compile(
     rb"#\d++\s*+=(?:[\s,()*$]|#\d++|[+-]?\d++(?:\.\d*+)?(?:[eE][+-]?\d++)?|\.\w++\.|''|\"[0-9A-F]*+\"|[A-Za-z_]\w*+(?=\s*\())*+"
 )
@@ -152,9 +153,15 @@ def _foreign_brep(path: Path) -> Shape:
 
 
 def _is_part21(data: bytes) -> bool:
-    """Whether every entity of a STEP file has the syntax of ISO 10303-21."""
+    """Whether the entities of a STEP file have the syntax of ISO 10303-21, names of their own, and are all there."""
     data = _STRINGS.sub(b"''", data)
-    return all(_ENTITY.fullmatch(entity) and entity.count(b"(") == entity.count(b")") for entity in _ENTITIES(data))
+    entities = _ENTITIES(data)
+    names = {entity[: entity.find(b"=")].rstrip() for entity in entities}
+    return (
+        len(names) == len(entities)
+        and all(_ENTITY.fullmatch(entity) and entity.count(b"(") == entity.count(b")") for entity in entities)
+        and names.issuperset(_REFERENCES(data))
+    )
 
 
 def _try_reading(path: Path) -> None:

@@ -100,6 +100,7 @@ def files() -> Iterator[tuple[str, str, Callable[[Path], None]]]:
         ".step",
         _edited(part, lambda data: data.replace(b"CARTESIAN_POINT('',(", b"V,", 1)),
     )
+    yield "two entities of one name", ".step", _edited(part, lambda data: data.replace(b"\n#9 ", b"\n#7 ", 1))
     yield "a BREP called STEP", ".step", _as(".brep", part)
     yield "a STEP called BREP", ".brep", _as(".step", part)
     yield (

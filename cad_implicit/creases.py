@@ -27,8 +27,7 @@ Project = Callable[[FloatArray, FloatArray, bool], tuple[FloatArray, NDArray[np.
 _SAGITTA = 0.012
 _PASSES = 2
 
-#: Tries to split only where no triangles run through others for it; then nothing is. One in a hundred contours of the
-#: tests needs a second one.
+#: Tries to split only where no triangles run through others for it; then nothing is split. Not tuned.
 _TRIES = 6
 
 #: Largest sagitta, of the edge's length: a sixth of a circle.

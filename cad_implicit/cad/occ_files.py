@@ -109,8 +109,7 @@ def _read_step(path: Path) -> Product:
     if b"END-ISO-10303-21" not in end:
         size = path.stat().st_size
         raise FileFormatError(f"{path} is cut short: END-ISO-10303-21 is missing after {size:,} bytes; export it again")
-    if not _is_part21(path.read_bytes()):
-        _try_reading(path)
+    _check_part21(path)
     reader, document = STEPCAFControl_Reader(), new_document()
     reader.SetNameMode(True)
     reader.SetColorMode(True)
@@ -152,16 +151,31 @@ def _foreign_brep(path: Path) -> Shape:
     return read(path)
 
 
-def _is_part21(data: bytes) -> bool:
-    """Whether the entities of a STEP file have the syntax of ISO 10303-21, names of their own, and are all there."""
-    data = _STRINGS.sub(b"''", data)
-    entities = _ENTITIES(data)
+def _check_part21(path: Path) -> None:
+    """Look at the syntax of a STEP file (ISO 10303-21): at some faults the kernel's reader crashes, now and then.
+
+    Raises
+    ------
+    FileFormatError
+        If entities are cut, have the same name, or are missing; or if the reader crashes at what else is unusual.
+    """
+    entities = _ENTITIES(_STRINGS.sub(b"''", path.read_bytes()))
     names = {entity[: entity.find(b"=")].rstrip() for entity in entities}
-    return (
-        len(names) == len(entities)
-        and all(_ENTITY.fullmatch(entity) and entity.count(b"(") == entity.count(b")") for entity in entities)
-        and names.issuperset(_REFERENCES(data))
+    cut = next((entity for entity in entities if entity.count(b"(") != entity.count(b")")), None)
+    missing = {name for entity in entities for name in _REFERENCES(entity)} - names
+    fault = (
+        f"there are {len(entities)} entities of {len(names)} names"
+        if len(names) < len(entities)
+        else f"its entity {cut[:20].decode(errors='replace')} … is cut"
+        if cut
+        else f"{missing.pop().decode()} is missing"
+        if missing
+        else ""
     )
+    if fault:
+        raise FileFormatError(f"{path} is corrupt: {fault}; export it again")
+    if not all(map(_ENTITY.fullmatch, entities)):
+        _try_reading(path)
 
 
 def _try_reading(path: Path) -> None:

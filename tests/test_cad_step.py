@@ -45,7 +45,7 @@ def test_round_trip_of_exact_solids(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"größe 1{suffix}"
     shape = parts.moved(parts.torus())
     occ_files.write(shape, path, "ring", NOW)
-    assert occ.volume(occ_files.read(path)) == pytest.approx(occ.volume(shape), rel=1e-9)
+    assert occ.volume(occ_files.read_product(path).shape) == pytest.approx(occ.volume(shape), rel=1e-9)
     mesh = to_mesh(path)
     assert mesh.is_watertight
     assert (mesh.source["kind"], mesh.source["name"]) == ("brep", "größe 1")
@@ -181,7 +181,7 @@ def test_a_mesh_becomes_a_valid_solid(tmp_path: Path, suffix: str) -> None:
     raw = trimesh.creation.icosphere(subdivisions=2, radius=7.3)
     mesh = Mesh(raw.vertices + np.array([100, 0, -50]), raw.faces)
     path = save(mesh, tmp_path / f"ball{suffix}")
-    shape = occ_files.read(path)
+    shape = occ_files.read_product(path).shape
     assert occ.is_valid(shape)
     assert len(occ.solids(shape)) == 1
     assert occ.shape_map(shape, occ.TopAbs_FACE).Extent() == len(mesh.faces)
@@ -198,7 +198,7 @@ def test_flat_regions_become_one_face_each(tmp_path: Path) -> None:
 
     raw = trimesh.creation.box((10, 20, 30)).subdivide().subdivide().subdivide()
     turned = Mesh(raw.vertices, raw.faces).transformed(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))
-    shape = occ_files.read(save(turned, tmp_path / "a.step"))
+    shape = occ_files.read_product(save(turned, tmp_path / "a.step")).shape
     assert occ.shape_map(shape, occ.TopAbs_FACE).Extent() == 6
     assert occ.shape_map(shape, TopAbs_EDGE).Extent() == 12
     assert occ.volume(shape) == pytest.approx(6000, rel=1e-6)
@@ -207,7 +207,7 @@ def test_flat_regions_become_one_face_each(tmp_path: Path) -> None:
 def test_tessellated_bracket_becomes_a_solid_again(tmp_path: Path) -> None:
     mesh = to_mesh(BRACKET, tolerance=0.1)
     path = save(mesh, tmp_path / "a.step")
-    assert occ.is_valid(occ_files.read(path))
+    assert occ.is_valid(occ_files.read_product(path).shape)
     again = to_mesh(path)
     assert again.is_watertight
     assert again.genus == 5
@@ -224,7 +224,7 @@ def test_cavities_and_separate_bodies(tmp_path: Path) -> None:
     mesh = Mesh(np.concatenate([v for v, _ in bodies]), faces)
     assert mesh.is_watertight
     path = save(mesh, tmp_path / "a.step")
-    shape = occ_files.read(path)
+    shape = occ_files.read_product(path).shape
     assert occ.is_valid(shape)
     assert sorted(round(occ.volume(solid)) for solid in occ.solids(shape)) == [8, 27, 936]
     assert to_mesh(path, unite=False).volume == pytest.approx(1000 - 64 + 8 + 27)
@@ -241,7 +241,7 @@ def test_marching_cubes_with_slivers_becomes_a_solid(tmp_path: Path) -> None:
     edges = np.linalg.norm(np.diff(mesh.vertices[mesh.faces], axis=1), axis=2)
     assert edges.min() < 1e-6  # far below the kernel's own resolution
     path = save(mesh, tmp_path / "a.step")
-    assert occ.is_valid(occ_files.read(path))
+    assert occ.is_valid(occ_files.read_product(path).shape)
     again = to_mesh(path)
     assert again.is_watertight
     assert again.volume == pytest.approx(mesh.volume, rel=1e-6)
@@ -256,7 +256,7 @@ def test_holes_in_faces(tmp_path: Path) -> None:
     ]
     plate = trimesh.boolean.difference([trimesh.creation.box((24, 17, 3)), *tools], engine="manifold")
     mesh = Mesh(plate.vertices, plate.faces).transformed(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))
-    shape = occ_files.read(save(mesh, tmp_path / "a.step"))
+    shape = occ_files.read_product(save(mesh, tmp_path / "a.step")).shape
     assert occ.is_valid(shape)
     assert occ.volume(shape) == pytest.approx(mesh.volume, rel=1e-9)
     assert occ.area(shape) == pytest.approx(mesh.area, rel=1e-9)
@@ -288,4 +288,4 @@ def test_what_cannot_be_a_solid_is_refused_and_nothing_written(tmp_path: Path) -
 def test_an_inside_out_mesh_is_turned(tmp_path: Path) -> None:
     raw = trimesh.creation.icosphere(subdivisions=1)
     path = save(Mesh(raw.vertices, raw.faces[:, ::-1]), tmp_path / "a.step")
-    assert occ.volume(occ_files.read(path)) == pytest.approx(raw.volume)
+    assert occ.volume(occ_files.read_product(path).shape) == pytest.approx(raw.volume)

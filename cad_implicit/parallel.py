@@ -6,11 +6,13 @@ parallel kernel runs inside :func:`threads`.
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
+from importlib import import_module
 from threading import RLock
 from typing import Any
 
@@ -114,4 +116,6 @@ def _numba() -> Any:
             pass
 
     event.register("numba:compile", Notice())
+    with suppress(ImportError):  # its threads are not waited for at exit, which was seen to take for ever
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(import_module("numba.np.ufunc.tbbpool")))
     return numba

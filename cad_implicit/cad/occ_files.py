@@ -168,7 +168,7 @@ def _check_part21(path: Path) -> None:
         if len(names) < len(entities)
         else f"its entity {cut[:20].decode(errors='replace')} … is cut"
         if cut
-        else f"{missing.pop().decode()} is missing"
+        else f"{min(missing).decode()} is missing"
         if missing
         else ""
     )

@@ -38,6 +38,10 @@ _EDGE = 0.5
 _OFF = 0.02
 _CHECKED = 3000
 
+#: Of the points that are off all balls so many, the worst, may be where a plane cuts a blend off, whose normal is theirs
+#: within 2 degrees (cosine).
+_CUT_OFF, _SAME_PLANE = 500, 0.9994
+
 #: Which side of the part the blends of an operation are on: outside it, inside, on both.
 SIGNS = {"fillet": -1.0, "round": 1.0, "smooth": 0.0}
 
@@ -148,8 +152,9 @@ def by_rolling_ball(
 ) -> Measured:
     """Errors of the result by the ball alone, where there is no exact solid.
 
-    On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces; on
-    global ones how much farther or nearer than the radius the nearest centre of a free ball is. Points on the part are
+    On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces, or
+    to the plane of a face that goes on over a notch which they fill; on global ones how much farther or nearer than the
+    radius the nearest centre of a free ball is. Points on the part are
     counted as unchanged, with their distance to it; so are those on the side of it where no blend of this kind is, as
     chords of curved faces are.
 
@@ -165,15 +170,40 @@ def by_rolling_ball(
     asked = np.flatnonzero(~unchanged)
     if len(asked) > _CHECKED:
         asked = np.random.default_rng(0).choice(asked, _CHECKED, replace=False)
+    normals = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
     if blend is not None:
         errors[asked] = off_balls(points[asked], blend)
+        off = asked[np.abs(errors[asked]) > _OFF * spacing]
+        off = off[np.argsort(-np.abs(errors[off]))[:_CUT_OFF]]
+        errors[off] = np.where(
+            _on_planes(points[off], normals[off], part.mesh, radius, _OFF * spacing), 0.0, errors[off]
+        )
     else:
-        normals = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
         errors[asked], _ = ball_errors(part, points[asked], normals[asked], radius, np.sign(value[asked]))
     known = np.flatnonzero(np.isfinite(errors))
     regions = np.where(unchanged[known], 1, 0)
     at_vertices = errors[: len(result.vertices)]
     return Measured("rolling ball", points[known], errors[known], regions, at_vertices, errors[known])
+
+
+def _on_planes(
+    points: FloatArray, normals: FloatArray, part: Mesh, radius: float, tolerance: float
+) -> NDArray[np.bool_]:
+    """Whether points (N, 3) are where a blend is cut off by a plane that goes on from a face of the part beside it.
+
+    So ends a blend that fills a notch too narrow for its ball: in the plane of the face that the notch opens in.
+    """
+    facing = unit(part.face_vectors)
+    corners = part.vertices[part.faces]
+    middle = corners.mean(axis=1)
+    size = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    found = np.zeros(len(points), np.bool_)
+    for row, (point, normal) in enumerate(zip(points, normals, strict=True)):
+        same = facing @ normal > _SAME_PLANE
+        to = point - middle[same]
+        beside = np.linalg.norm(to, axis=1) < size[same] + 2 * radius
+        found[row] = (np.abs((to * facing[same]).sum(axis=1)) < tolerance)[beside].any()
+    return found
 
 
 def _near_sharp_edges(points: FloatArray, truth: ExactBlend, spacing: float) -> NDArray[np.bool_]:

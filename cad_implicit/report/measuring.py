@@ -38,7 +38,7 @@ _EDGE = 0.5
 _OFF = 0.02
 _CHECKED = 3000
 
-#: Of the points that are off all balls so many, the worst, may be where a plane cuts a blend off, whose normal is theirs
+#: So many of the points that are off all balls, the worst, may be where a plane cuts a blend off. Its normal is theirs
 #: within 2 degrees (cosine).
 _CUT_OFF, _SAME_PLANE = 500, 0.9994
 

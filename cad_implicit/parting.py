@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from .blend_labels import Outward, blend_surfaces, label
 from .cad.kernel import kernel
 from .cad.memory import Memory
+from .cad.parts import to_mesh
 from .cad.planner import EDGE, Planner
 from .cad.plans import Product, Topology
 from .cad.solids import SolidPart, solid_of
 from .contouring import contour
 from .errors import InvalidMeshError
 from .facetting import facetted
-from .implicit import Implicit
+from .implicit import FloatArray, Implicit
 from .local_blend import LocalBlend
 from .mesh import Mesh
 from .outliner import Outliner
@@ -40,6 +41,10 @@ _SHARE = 2e-5
 #: that touch a border that is not on its surfaces, then all of the patch.
 _ROUNDS = 16
 _LOCAL = 12
+
+#: Whether the triangles of a solid meet is tried with this tolerance, in spacings. Where they do not, those of the mesh
+#: nearer than this become faces, then twice as far …
+_MESHED, _NEXT = 0.5, 0.5
 
 
 def to_part(
@@ -138,6 +143,7 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
     unknown = int((labels < 0).sum())
     reasons = [f"{unknown} triangles lie on no known surface"] if unknown else []
     astray = 0.0
+    reach = _NEXT * blend.spacing
     outliner, memory = Outliner(count, blend.faces, surfaces, own, blend.spacing), Memory()
     for turn in range(_ROUNDS):
         if (labels < 0).any():
@@ -149,7 +155,13 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
             product: Product = solids.made(plan, own)
             if kernels_own.is_valid(product.shape):
                 facets = [position for position, face in enumerate(plan.faces) if face.facet]
-                return product, facets, _told(reasons, astray)
+                gaps = _gaps(product.shape, blend.spacing) if facets else np.zeros((0, 3))
+                if len(gaps) == 0:
+                    return product, facets, _told(reasons, astray)
+                reasons.append("its triangles would not meet")
+                labels = np.where(_near(mesh, gaps, reach), -1, labels)
+                reach *= 2
+                continue
             for position, face in enumerate(plan.faces):
                 if not face.facet and not kernels_own.is_valid(product.faces[position]):
                     planner.blame_invalid(position, product.crossing(position))
@@ -158,6 +170,24 @@ def _rebuilt(blend: LocalBlend, mesh: Mesh, labels: Numbers, surfaces: list[Outw
         reasons, astray = reasons + planner.reasons, max(astray, planner.astray)
         labels = np.where(_failing(mesh, outliner.patches, planner.failed, turn < _LOCAL), -1, labels)
     raise InvalidMeshError(_told(reasons, astray) or "the kernel finds the solid invalid")
+
+
+def _gaps(shape: object, spacing: float) -> FloatArray:
+    """Middles (N, 3) of edges at which the triangles of a valid solid do not meet, as is seen at very small faces."""
+    mesh = to_mesh(shape, tolerance=_MESHED * spacing)
+    if mesh.is_watertight:
+        return np.zeros((0, 3))
+    edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    return np.asarray(mesh.vertices[edges[count != 2]].mean(axis=1))
+
+
+def _near(mesh: Mesh, places: FloatArray, reach: float) -> NDArray[np.bool_]:
+    """Triangles (F,) with a corner nearer than that to one of a few places."""
+    near = np.zeros(len(mesh.vertices), np.bool_)
+    for place in places:
+        near |= np.linalg.norm(mesh.vertices - place, axis=1) < reach
+    return np.asarray(near[mesh.faces].any(axis=1))
 
 
 def _told(reasons: list[str], astray: float) -> str:

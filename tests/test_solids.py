@@ -14,8 +14,10 @@ pytest.importorskip("OCP", reason="needs CadQuery or build123d")
 import cad_parts
 import edge_parts
 from OCP.BRep import BRep_Tool
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_VERTEX, TopAbs_WIRE
 
 import cad_implicit as ci
@@ -129,6 +131,17 @@ def test_step_files_hold_the_same_solid(rounded_boss: tuple[Any, SolidPart], tmp
     assert occ.is_valid(again)
     assert kinds(again) == kinds(made)
     assert volume(again) == pytest.approx(volume(made), rel=CLOSE)
+
+
+def test_triangles_of_a_solid_with_very_small_faces_meet() -> None:
+    """Where four edges of crossing cylinders come to a point the kernel's mesh had holes, though it found it valid."""
+    standing = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, -20), gp_Dir(0, 0, 1), gp_Dir(1, 0, 0)), 5.0, 40.0).Shape()
+    lying = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 20, 0), gp_Dir(0, -1, 0), gp_Dir(1, 0, 0)), 5.0, 40.0).Shape()
+    made = ci.to_part(ci.fillet(BRepAlgoAPI_Common(standing, lying).Shape(), 1.0, edges="all"))
+    assert occ.is_valid(made.wrapped)
+    mesh = ci.to_mesh(made.wrapped)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(661.2, abs=1.0)
 
 
 def test_a_box_rounded_everywhere() -> None:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.IMeshTools import IMeshTools_MeshAlgoType as _Method
-from OCP.IMeshTools import IMeshTools_Parameters
 from OCP.Message import Message_ProgressRange
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED, TopAbs_SOLID
 from OCP.TopLoc import TopLoc_Location
@@ -21,6 +19,11 @@ from cad_implicit.errors import NoSolidError
 from cad_implicit.kernels.intersections import intersecting
 from cad_implicit.mesh import FloatArray, Mesh
 from cad_implicit.parallel import Progress, no_progress
+
+try:
+    from OCP import IMeshTools
+except ImportError:  # OCP 7.7, that of CadQuery 2.5, has only the slower method
+    IMeshTools = None
 
 from .occ import Shape, as_edge, as_face, bounds, compound, distinct, explore, shape_map
 from .weld import clean, closer, groups, joined, outward
@@ -64,23 +67,26 @@ def tessellate(
         tolerance = diagonal / 2000
     progress("tessellate", 0.0)
     mesh = None
-    if tolerance < _FINE * diagonal:
-        mesh = _triangles(whole, tolerance, angular_tolerance, _Method.IMeshTools_MeshAlgoType_Delabella, progress)
+    if tolerance < _FINE * diagonal and IMeshTools is not None:
+        mesh = _triangles(whole, tolerance, angular_tolerance, True, progress)
     if mesh is None or not _sound(mesh):
-        mesh = _triangles(whole, tolerance, angular_tolerance, _Method.IMeshTools_MeshAlgoType_Watson, progress)
+        mesh = _triangles(whole, tolerance, angular_tolerance, False, progress)
     progress("tessellate", 1.0)
     if mesh is None:
         raise NoSolidError(f"no face of {len(parts)} solids could be triangulated; check the part's geometry")
     return mesh, tolerance
 
 
-def _triangles(whole: Shape, tolerance: float, angle: float, method: _Method, progress: Progress) -> Mesh | None:
+def _triangles(whole: Shape, tolerance: float, angle: float, fast: bool, progress: Progress) -> Mesh | None:
     """Triangles of the solids of a compound by one of the kernel's methods; None if there are none."""
     copy = BRepBuilderAPI_Copy(whole, False, False).Shape()
-    parameters = IMeshTools_Parameters()
-    parameters.Deflection, parameters.Angle, parameters.InParallel = tolerance, angle, True
-    parameters.MeshAlgo = method
-    BRepMesh_IncrementalMesh(copy, parameters, Message_ProgressRange())
+    if fast:
+        parameters = IMeshTools.IMeshTools_Parameters()
+        parameters.Deflection, parameters.Angle, parameters.InParallel = tolerance, angle, True
+        parameters.MeshAlgo = IMeshTools.IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
+        BRepMesh_IncrementalMesh(copy, parameters, Message_ProgressRange())
+    else:
+        BRepMesh_IncrementalMesh(copy, tolerance, False, angle, True)
     progress("tessellate", 0.5)
     numbers = shape_map(copy, TopAbs_FACE)
     meshes = [mesh for solid in distinct(copy, TopAbs_SOLID) if (mesh := _solid_mesh(solid, numbers))]

@@ -334,20 +334,6 @@ def distance_to(
     return MeshDistance(mesh, sign="pseudonormal", threads=threads)
 
 
-def closing(
-    part: Implicit,
-    radius: float,
-    spacing: float,
-    *,
-    threads: int | None = None,
-    progress: Progress = no_progress,
-    region: Region | None = None,
-    zoned: bool = True,
-) -> Implicit:
-    """Fillet of radius ``radius`` mm."""
-    return Closing(part, radius, spacing, threads=threads, progress=progress, region=region, zoned=zoned)
-
-
 def opening(
     part: Implicit,
     radius: float,
@@ -360,7 +346,7 @@ def opening(
 ) -> Implicit:
     """Round of radius ``radius`` mm: the closing of the complement."""
     try:
-        outside = closing(
+        outside = Closing(
             complement(part), radius, spacing, threads=threads, progress=progress, region=region, zoned=zoned
         )
         return complement(outside)
@@ -379,7 +365,7 @@ def smoothing(
     region: Region | None = None,
 ) -> Implicit:
     """Round and fillet of radius ``radius`` mm, one after the other."""
-    one, other = (opening, closing) if first == "round" else (closing, opening)
+    one, other = (opening, Closing) if first == "round" else (Closing, opening)
     # Values are asked for around the second one's centres, and where these are pushed to.
     around = None if region is None else region.grown(2 * (radius + AROUND * spacing))
     rounded = one(part, radius, spacing, threads=threads, progress=progress, region=around, zoned=False)

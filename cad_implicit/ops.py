@@ -158,7 +158,7 @@ def fillet(
     call = Call(shape, radius, radius, False, spacing, tolerance, engine, threads, progress)
     if call.engine == "reinit":
         return reinit.closing(call.field(("outside",)), radius, threads=threads, progress=progress)
-    return exact.closing(call.distance(("outside",)), radius, call.spacing, threads=threads, progress=progress)
+    return exact.Closing(call.distance(("outside",)), radius, call.spacing, threads=threads, progress=progress)
 
 
 def round(  # the operation's name in CAD and in the paper

@@ -127,7 +127,7 @@ def _maker(
         moved = exact.surface_of(exact.offset(distance, amount, spacing, threads=threads))
         return lambda region: moved, moved
     functions: dict[str, Callable[..., Implicit]] = {
-        "fillet": exact.closing,
+        "fillet": exact.Closing,
         "round": exact.opening,
         "smooth": exact.smoothing,
     }

@@ -39,7 +39,7 @@ def assert_same(one: ci.Mesh, other: ci.Mesh) -> None:
 
 
 OPERATIONS: dict[str, Callable[..., Implicit]] = {
-    "fillet": exact.closing,
+    "fillet": exact.Closing,
     "round": exact.opening,
     "smooth": exact.smoothing,
 }
@@ -73,14 +73,14 @@ def test_tiles_give_what_the_whole_gives(operation: str, make: Callable[[], case
 def test_a_zone_that_is_too_small_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     case = cases.corner(R)
     part, radius, h = MeshDistance(case.mesh), 1.13, 0.151
-    whole = ci.contour(exact.closing(part, radius, h))
+    whole = ci.contour(exact.Closing(part, radius, h))
 
     def nowhere(parent: Implicit, radius: float, spacing: float, region: Region, *rest: object) -> Region:
         return Region(region.origin, region.cell, np.zeros(region.mask.shape, np.bool_))
 
     monkeypatch.setattr(exact, "blend_zone", nowhere)
     tiles = tiles_over(part, h, 90)
-    assert_same(contour_in_tiles(lambda region: exact.closing(part, radius, h, region=region), tiles, part, h), whole)
+    assert_same(contour_in_tiles(lambda region: exact.Closing(part, radius, h, region=region), tiles, part, h), whole)
 
 
 @pytest.mark.parametrize(("operation", "amount"), [("fillet", 1.1), ("offset", 0.7), ("offset", -0.6)])

@@ -25,7 +25,7 @@ from .seam_polish import Evaluate
 
 #: Edges are split if their middle is farther than this from the surface, in spacings; vertices that are move. Facets of
 #: a blend of six spacings are off by half of that.
-_FAR = 0.05
+FAR = 0.05
 
 #: Middles are looked at if the triangles beside the edge turn by more than 3 degrees (cosine).
 _FLAT = 0.9986
@@ -33,7 +33,8 @@ _FLAT = 0.9986
 #: Between faces whose normals differ by more than 10 degrees (cosine) there is a crease: what is off is no facet.
 _SHARP = 0.985
 
-#: New vertices are nearer than this to the surface, in spacings, and nearer to the middle than this share of the edge.
+#: New vertices are nearer than this to the surface, in spacings, and nearer to the middle than this share of the edge;
+#: vertices move by less than so many spacings. (Where surfaces nearly touch, Newton's steps may go far.)
 _ON = 5e-3
 _AWAY = 0.75
 
@@ -42,6 +43,9 @@ _APART = 0.1
 
 #: A split leaves shorter edges that may be off, too. Of 300 edges of a gear six were left after six passes.
 _PASSES = 6
+
+#: Where an edge is split: next to one end, next to the other, midway.
+_WAYS = 3
 
 #: Triangles nearer than so many spacings to what is off, at least, are looked at.
 _AROUND = 3.0
@@ -53,7 +57,9 @@ _NEWTON, _POLISH = 4, 2
 _TRIES = 6
 
 
-def mend_corners(mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, threads: int | None = None) -> Mesh:
+def mend_corners(
+    mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, threads: int | None = None, far: float = FAR
+) -> Mesh:
     """Split edges whose middles are off the surface, and move vertices that are.
 
     Parameters
@@ -66,24 +72,29 @@ def mend_corners(mesh: Mesh, rough: Evaluate, look: Evaluate, spacing: float, th
         Of the contour's grid in mm.
     threads : int, optional
         Default: all cores.
+    far : float
+        Distance from the surface, in spacings, that the middle of an edge may have.
 
     Returns
     -------
     Mesh
         Closed; no triangles run through each other that did not.
     """
-    run = _Run(rough, look, spacing, threads)
+    run = _Run(rough, look, spacing, threads, far)
     edges = run.off(mesh, _bent(mesh))
     if len(edges.ends) == 0:
         return mesh
     near = _near(mesh.vertices, mesh.vertices[edges.ends].mean(axis=1), _AROUND * spacing)
     own = near[mesh.faces].any(axis=1)
     patch = Mesh(mesh.vertices, mesh.faces[own])
+    stuck = 0
     for number in range(_PASSES):
         edges = run.off(patch, _bent(patch))
-        if len(edges.ends) == 0:
+        if len(edges.ends) == 0 or stuck == _WAYS:
             break
-        patch = run.split(run.raised(patch, edges), edges, number % 3)
+        before = patch
+        patch = run.split(run.raised(patch, edges), edges, number % _WAYS)
+        stuck = stuck + 1 if patch is before else 0
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
 
 
@@ -111,22 +122,24 @@ class _Run:
     look: Evaluate
     spacing: float
     threads: int | None
+    far: float
 
     def off(self, mesh: Mesh, edges: Edges) -> Edges:
         """Those edges whose middle is far off the surface."""
         edges = edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.rough))
         return edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.look))
 
-    def _far(self, points: FloatArray, look: Evaluate, limit: float = _FAR) -> NDArray[np.bool_]:
+    def _far(self, points: FloatArray, look: Evaluate, limit: float | None = None) -> NDArray[np.bool_]:
         value, gradient = look(points)
-        return np.asarray(np.abs(value) > limit * self.spacing * np.linalg.norm(gradient, axis=1))
+        return np.asarray(np.abs(value) > (limit or self.far) * self.spacing * np.linalg.norm(gradient, axis=1))
 
     def raised(self, mesh: Mesh, edges: Edges) -> Mesh:
         """Vertices at the ends of edges that are off the surface moved onto it, unless triangles meet."""
         which = np.unique(edges.ends)
         which = which[self._far(mesh.vertices[which], self.look)]
         point = _onto_surface(mesh.vertices[which], self.look, _NEWTON)
-        good = ~self._far(point, self.look, _ON)
+        near = np.linalg.norm(point - mesh.vertices[which], axis=1) < _AWAY * self.spacing
+        good = near & ~self._far(point, self.look, _ON)
         which, point = which[good], point[good]
         while len(which):
             moved = snapped(mesh, which, point)

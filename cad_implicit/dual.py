@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import parallel
 from .creases import refine_creases
-from .cut_corners import mend_corners
+from .cut_corners import FAR, mend_corners
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
 from .kernels import crossings, flat, hermite, projection, qef
@@ -82,6 +82,7 @@ def dual_contour(
     polish: Evaluate | None = None,
     draft: bool = False,
     region: Region | None = None,
+    far: float = FAR,
 ) -> Mesh:
     """Contour the surface of an Implicit, keeping its sharp edges and corners.
 
@@ -106,6 +107,8 @@ def dual_contour(
         are not tidied up. Saves a third of the evaluations.
     region : Region, optional
         Contours only what is a brick of 8 cells within it; the Implicit need not be right elsewhere.
+    far : float
+        Edges whose middle is farther from the surface than this, in spacings, are split (:mod:`.cut_corners`).
 
     Returns
     -------
@@ -119,8 +122,8 @@ def dual_contour(
     SpacingError
         If the spacing is not positive and finite, or too small for the bounds.
     """
-    options: Any = {"threads": threads, "progress": progress, "polish": polish, "draft": draft, "region": region}
-    position, faces, _ = contoured(implicit, spacing, bounds, **options)
+    options: Any = {"threads": threads, "progress": progress, "polish": polish, "draft": draft}
+    position, faces, _ = contoured(implicit, spacing, bounds, region=region, far=far, **options)
     return Mesh(position, faces)
 
 
@@ -134,10 +137,11 @@ def contoured(
     polish: Evaluate | None = None,
     draft: bool = False,
     region: Region | None = None,
+    far: float = FAR,
 ) -> tuple[FloatArray, Faces, Names]:
     """Vertices (V, 3), faces (F, 3), and the vertices' names (V,) but for drafts; as :func:`dual_contour`."""
     bricks = sample_bricks(implicit, spacing, bounds, threads=threads, progress=progress, region=region)
-    run = _Run(implicit, bricks, threads, progress, polish, draft)
+    run = _Run(implicit, bricks, threads, progress, polish, draft, far)
     cells = find_cells(bricks, lambda points: run.evaluate(points, implicit.value_and_gradient, "hermite")[0], threads)
     foot, normal = run.hermite(cells)
     vertices = run.vertices(cells, foot, normal)
@@ -167,12 +171,14 @@ class _Run:
         progress: Progress,
         polish: Evaluate | None,
         draft: bool,
+        far: float,
     ) -> None:
         self.implicit = implicit
         self.bricks = bricks
         self.threads = threads
         self.progress = progress
         self.draft = draft
+        self.far = far
         self.look = polish or implicit.value_and_gradient
 
     def evaluate(
@@ -274,15 +280,8 @@ class _Run:
         self, cells: Cells, quads: NDArray[np.int32], foot: FloatArray
     ) -> tuple[NDArray[np.int32], FloatArray]:
         """Vertices on doubled mesh edges: their number (E, 4) on each side of each quad or -1, and positions."""
-        pairs, ends = mesh_kernels.doubled_edges(
-            cells.faces,
-            cells.joined,
-            cells.inside_first,
-            *cells.edge_lookup,
-            *cells.cell_lookup,
-            self.bricks.neighbours,
-            *cells.tables,
-        )
+        lookups = (*cells.edge_lookup, *cells.cell_lookup, self.bricks.neighbours, *cells.tables)
+        pairs, ends = mesh_kernels.doubled_edges(cells.faces, cells.joined, cells.inside_first, *lookups)
         if len(pairs) == 0:
             return np.zeros((0, 4), np.int32), np.zeros((0, 3))
         between = np.full((len(quads), 4), -1, np.int32)
@@ -381,7 +380,7 @@ class _Run:
             partial(self.evaluate, function=f, stage="triangles", done=0.5)
             for f in (self.implicit.value_and_gradient, self.look)
         )
-        mesh = mend_corners(Mesh(position, faces), rough, look, self.bricks.spacing, self.threads)
+        mesh = mend_corners(Mesh(position, faces), rough, look, self.bricks.spacing, self.threads, self.far)
         self.progress("triangles", 1.0)
         names = names_of(cells, self.bricks.blocks, origin, len(v.position), len(mesh.vertices))
         return mesh.vertices, mesh.faces, names

@@ -53,6 +53,9 @@ _NUDGE = (1.7e-7, -2.3e-7, 1.1e-7)
 #: coincide; the thickest seen had 0.02.
 _CRUMB = 0.05
 
+#: Edges of blends farther off than this, in spacings, are split: a third of the radius' square at four spacings …
+_FAR = 0.1
+
 #: Rounds in which vertices that make triangles run through each other go back to where facets cross.
 _ROUNDS = 6
 
@@ -123,7 +126,7 @@ def stitched(
 def _contoured(shape: Implicit, spacing: float, threads: int | None) -> Mesh:
     """Contour of a shape with all of its creases, finer if it is smaller than the cells."""
     own = min(spacing, shape.spacing or spacing)
-    contour = partial(dual_contour, shape, threads=threads, polish=getattr(shape, "polished", None))
+    contour = partial(dual_contour, shape, threads=threads, polish=getattr(shape, "polished", None), far=_FAR)
     for halving in range(_HALVINGS + 1):
         try:
             return split_at_creases(contour(own), _look(shape), own, threads)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .booleans import Boolean
+from .cut_corners import allowed
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError, tell
@@ -97,7 +98,8 @@ def contour(
         return cast("LocalBlend", shape).mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
-    mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
+    far = allowed(h, bounded.radius)
+    mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish, far=far)
     if part is None:
         return mesh
     tell(_NOT_JOINED)

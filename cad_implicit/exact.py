@@ -104,7 +104,7 @@ class Complement(Implicit):
         self.parent = parent
         self.lipschitz = parent.lipschitz
         self.exact_inside, self.exact_outside = parent.exact_outside, parent.exact_inside
-        self.spacing, self.rough = parent.spacing, parent.rough
+        self.spacing, self.radius, self.rough = parent.spacing, parent.radius, parent.rough
         self.bounds, self.bounded = parent.bounds, not parent.bounded
 
     def __call__(self, points: ArrayLike) -> FloatArray:
@@ -164,6 +164,7 @@ class Closing(Implicit):
     lipschitz = 1.0
     exact_inside = exact_outside = rough = True
     spacing: float
+    radius: float
 
     def __init__(
         self,

@@ -45,6 +45,8 @@ class Implicit(ABC):
         Whether the inside is finite; False for the complement of a part.
     spacing : float or None
         Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
+    radius : float or None
+        Of the balls that rounded it, in mm.
     rough : bool
         Whether ``polished`` gives better values than calls do.
     """
@@ -55,6 +57,7 @@ class Implicit(ABC):
     exact_outside: bool = False
     bounded: bool = True
     spacing: float | None = None
+    radius: float | None = None
     rough: bool = False
 
     @abstractmethod

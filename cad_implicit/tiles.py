@@ -12,9 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .cut_corners import allowed
 from .dual import contoured
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
@@ -138,8 +140,9 @@ def _piece(
     region = box_region(origin - h / 2, 8 * h, tile.low - HALO, tile.high + HALO)
     shape = make(region)
     polish = partial(polished, shape) if hasattr(shape, "polished") else None
+    options: Any = {"threads": threads, "progress": progress, "polish": polish, "region": region}
     try:
-        position, faces, names = contoured(shape, h, threads=threads, progress=progress, polish=polish, region=region)
+        position, faces, names = contoured(shape, h, far=allowed(h, shape.radius), **options)
     except EmptyResultError:
         return None
     unnamed = names < 0

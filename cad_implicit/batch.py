@@ -19,6 +19,7 @@ from .cad.files import sweep
 from .errors import CadImplicitError, ClusterError, FileFormatError
 from .job import run
 from .parallel import Progress, no_progress
+from .sizing import available_memory, limit_memory
 
 #: Where the results of a folder are written down.
 LEDGER = "batch.jsonl"
@@ -87,7 +88,7 @@ def run_batch(
     """Work on all parts; yields what happened to each as soon as it is known.
 
     Parts that a ledger in the folder tells to be done with the same operation and options, and unchanged since, are not
-    done again. A part whose process is killed is tried once more.
+    done again. A part whose process is killed is tried once more. The processes share the memory that may be used.
 
     Parameters
     ----------
@@ -145,8 +146,9 @@ def _in_processes(todo: Sequence[Item], task: dict[str, Any], count: int) -> Gen
     for item in todo:
         waiting.put(item)
     stop: list[bool] = []
+    share = available_memory() // count
     with ThreadPoolExecutor(count) as pool:
-        threads = [pool.submit(_serve, waiting, news, task, stop) for _ in range(count)]
+        threads = [pool.submit(_serve, waiting, news, task, share, stop) for _ in range(count)]
         try:
             left = len(todo)
             while left:
@@ -221,7 +223,9 @@ def _stamp(item: Item, task: dict[str, Any]) -> list[Any]:
     return [str(item.part.resolve()), state.st_size, state.st_mtime_ns, json.dumps(task, sort_keys=True, default=str)]
 
 
-def _serve(waiting: SimpleQueue[Item], news: SimpleQueue[_Found], task: dict[str, Any], stop: list[bool]) -> None:
+def _serve(
+    waiting: SimpleQueue[Item], news: SimpleQueue[_Found], task: dict[str, Any], memory: int, stop: list[bool]
+) -> None:
     """Work on parts until none is left, in a process that is started anew when it dies."""
     pool: ProcessPoolExecutor | None = None
     while not stop:
@@ -231,7 +235,7 @@ def _serve(waiting: SimpleQueue[Item], news: SimpleQueue[_Found], task: dict[str
             break
         row: dict[str, Any] = {}
         for number in range(1, _TRIES + 1):
-            pool = pool or ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+            pool = pool or ProcessPoolExecutor(1, get_context("spawn"), limit_memory, (memory,))
             try:
                 row = pool.submit(_perform, item, task).result()
                 break

@@ -21,6 +21,7 @@ from .cli_options import (
     Json,
     Length,
     Length2,
+    Memory,
     NoRadius,
     NoTangent,
     Open,
@@ -42,13 +43,23 @@ from .cli_work import CANCELLED, errors, show, work
 
 app = typer.Typer(
     name="cad-implicit",
-    help="Fillet, round, smooth and offset CAD parts (STEP, BREP) and meshes (STL, 3MF, OBJ, PLY). Lengths in mm.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+@app.callback()
+def limits(memory: Memory = None) -> None:
+    """Fillet, round, smooth and offset CAD parts (STEP, BREP) and meshes (STL, 3MF, OBJ, PLY). Lengths in mm."""
+    if memory is not None:
+        if not memory > 0:
+            raise typer.BadParameter(f"{memory:g} GiB is no memory", param_hint="--memory")
+        from .sizing import limit_memory
+
+        limit_memory(memory * 2**30)
 
 
 @app.command()

@@ -39,6 +39,10 @@ Simplify = Annotated[
     typer.Option("--simplify", metavar="T", help="Merge triangles of the result within T mm (flat regions above all)."),
 ]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Default: all cores.")]
+Memory = Annotated[
+    float | None,
+    typer.Option("--memory", metavar="GIB", help="GiB that may be used at most (default: 60 % of what is free)."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 Force = Annotated[bool, typer.Option("--force", help="Go past refusals (lost pieces, size, leaks), never past memory.")]

@@ -266,7 +266,7 @@ def bricks_in_a_tile(area: float, spacing: float) -> int:
     least = estimate_tiles(area, spacing, _FEWEST_BRICKS)
     if least > budget:
         tiled = max(budget - _FEWEST_BRICKS * BYTES_PER_TILE_BRICK, 1) / BYTES_PER_TILED_CELL
-        cells = min(tiled, budget / BYTES_PER_CHECKED_CELL)
+        cells = max(min(tiled, budget / BYTES_PER_CHECKED_CELL), budget / BYTES_PER_SURFACE_CELL)
         raise MemoryLimitError(
             f"a spacing of {spacing:g} mm needs {least / 2**30:.2g} GiB, but {budget / 2**30:.2g} GiB may be used; "
             f"use a spacing of {_rounded_up(math.sqrt(area / cells)):g} mm or more"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cad_implicit as ci
-from cad_implicit import batch
+from cad_implicit import batch, sizing
 from cad_implicit.batch import LEDGER, items, run_batch
 from cad_implicit.errors import ClusterError, FileFormatError
 
@@ -73,6 +73,20 @@ def test_results_of_the_same_name_do_not_meet(tmp_path: Path) -> None:
     names = [tmp_path / "x" / "a.step", tmp_path / "y" / "a.stl", tmp_path / "z" / "a.stl"]
     outputs = [item.output.name for item in items(names, tmp_path / "out", ".3mf")]
     assert outputs == ["a.3mf", "a_stl.3mf", "a_2.3mf"]
+
+
+def test_processes_share_the_memory(folder: Path) -> None:
+    output = folder.parent / "out"
+    parts = [folder / "a.stl", folder / "b.ply"]
+    need = 2 * sizing.estimate_surface(ci.to_mesh(parts[0]).area, 0.5)
+    try:
+        sizing.limit_memory(0.7 * need)
+        assert {row["fate"] for row in rows(parts[:1], output).values()} == {"done"}  # alone it may have all
+        found = rows(parts, output, force=True)
+    finally:
+        sizing.limit_memory(None)
+    assert {row["fate"] for row in found.values()} == {"failed"}
+    assert all("MemoryLimitError" in row["message"] for row in found.values())
 
 
 def test_nothing_to_do_is_told(tmp_path: Path) -> None:

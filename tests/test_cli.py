@@ -182,6 +182,15 @@ def test_bad_usage(notch: Path, tmp_path: Path) -> None:
     failed(cli("fillet", notch, "-r", 1, "-o", tmp_path / "no" / "out.stl"), tmp_path, "no")
 
 
+def test_memory_is_limited(notch: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.stl"
+    refused = cli("--memory", 0.002, "fillet", notch, "-r", 2, "-o", out, "--spacing", 0.1)
+    failed(refused, tmp_path, "but 0.002 GiB may be used; use a spacing of")
+    fits = float(refused.stderr.split("use a spacing of ")[1].split()[0])
+    assert 0.1 < fits < 20
+    failed(cli("--memory", -1, "fillet", notch, "-r", 2, "-o", out), tmp_path, "--memory", code=2)
+
+
 def test_too_thin_is_an_error(tmp_path: Path) -> None:
     ci.save(shapes.as_mesh(shapes.box([0, 0, 0], [30, 30, 3])), tmp_path / "plate.stl")
     failed(cli("round", tmp_path / "plate.stl", "-r", 2, "-o", tmp_path / "out.stl"), tmp_path, "mm")

@@ -13,7 +13,7 @@ from .chamfers import Flat, meeting_points
 from .errors import RadiusError
 from .face_groups import PartFaces
 from .guides import Support
-from .implicit import Implicit
+from .implicit import FloatArray, Implicit
 from .joints import Ball, Vertex, find_corners, vertices
 from .layers import Layer, Laying, Which
 from .rails import Rail
@@ -23,6 +23,10 @@ from .strips import Corner, Mitre, Region, Strip, Trimmed
 #: Blends run into each other if one touches a face this deep within the other, in radii, that with a margin of …
 _CROSSING = 1e-3
 _NARROW = 0.01
+
+#: A corner comes out of the part behind a face if it does by this share of its margin; then that is so many radii.
+_COMES_OUT = 0.5
+_SKIN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +101,18 @@ def lay(
         laid.others.extend(_mitres(here, least))
         laid.others.extend(_flats(vertex, here, faces, least))
         for ball in vertex.corners:
-            laid.others.append(Corner(ball.centre, ball.radius, ball.contacts, vertex.place, least))
+            margins = _margins(ball, vertex.ends[0][0].sign, part, least)
+            laid.others.append(Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margins))
             laid.corners.append(ball)
     return laid
+
+
+def _margins(ball: Ball, sign: float, part: Implicit | None, margin: float) -> FloatArray:
+    """Margins (K,) of a corner beyond its faces: next to none where its ball touches one beyond the face's end."""
+    if part is None:
+        return np.full(len(ball.contacts), margin)
+    skin = ball.centre + (ball.radius + margin) * ball.contacts
+    return np.where(sign * part(skin) < _COMES_OUT * margin, margin, _SKIN * ball.radius)
 
 
 def _check_apart(laid: Sequence[Laying]) -> None:

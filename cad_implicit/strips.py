@@ -284,19 +284,22 @@ class Corner(Region):
         Unit directions from the centre to where it touches, in order around the corner.
     tip : (3,) float64
         Where the faces meet.
-    margin : float
-        How far in mm it goes beyond the faces.
+    margins : (K,) float64
+        How far in mm it goes beyond each of the faces.
     """
 
-    def __init__(self, centre: FloatArray, radius: float, contacts: FloatArray, tip: FloatArray, margin: float) -> None:
-        self._centre, self._radius, self._contacts, self.margin = centre, radius, contacts, margin
+    def __init__(
+        self, centre: FloatArray, radius: float, contacts: FloatArray, tip: FloatArray, margins: FloatArray
+    ) -> None:
+        self._centre, self._radius, self._contacts = centre, radius, contacts
+        self.margin = float(margins.max())
         walls = np.cross(contacts, np.roll(contacts, -1, axis=0))
         walls *= np.sign(walls @ contacts.sum(axis=0))[:, None]
         self._walls = walls / np.linalg.norm(walls, axis=1)[:, None]
         # curved faces leave the tangent planes on the way to the tip
         heights = np.maximum(contacts @ (tip - centre) - radius, 0.0)
-        self._heights = radius + 1.1 * heights + margin
-        far = 1.2 * float(np.linalg.norm(tip - centre)) + 2 * margin
+        self._heights = radius + 1.1 * heights + margins
+        far = 1.2 * float(np.linalg.norm(tip - centre)) + 2 * self.margin
         self.box = np.stack([centre - far, centre + far])
 
     def value_and_gradient(self, points: FloatArray) -> Pair:

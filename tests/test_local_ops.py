@@ -333,3 +333,23 @@ def test_job_on_chamfers(block: ci.Mesh) -> None:
     for lengths in ((0, None), (1, 0), (float("inf"), None)):
         with pytest.raises(RadiusError, match="must be a positive number of mm"):
             ci.chamfer(block, *lengths, edges=CORNER)
+
+
+@pytest.mark.host
+def test_blend_of_a_notch_too_narrow_for_its_ball_stays_behind_the_face_beside() -> None:
+    """A foot whose side is shorter than the ball needs: what fills the notch touches its plane in front of its end."""
+    pytest.importorskip("OCP")
+    import cad_parts
+    import edge_parts
+
+    radius, depth = 0.33, 0.75
+    slope = depth * np.tan(np.pi / 6)
+    corners = [(0, 0), (0, depth), (-5 * slope, -4 * depth), (-3, -4 * depth), (-3, 3), (0.9, 3), (0.9, 0)]
+    foot = edge_parts.prism(edge_parts.closed_wire([(x, y, 0) for x, y in corners]), 1.5)
+    part = edge_parts.fused(cad_parts.box((9, 9, 1), (-5, -4.5, -1)), foot)
+    mesh = ci.contour(ci.fillet(part, radius, edges="concave", spacing=radius / 4))
+    x, y, z = mesh.vertices.T
+    beside = (x > 0.03) & (x < 0.3) & (y < -0.01) & (y > -radius) & (z > 0.01)
+    assert beside.sum() > 5
+    high = radius - np.sqrt(radius**2 - (radius + y[beside]) ** 2)
+    assert z[beside] == pytest.approx(high, abs=0.01)

@@ -271,7 +271,7 @@ def test_region_without_others() -> None:
 def test_corner_of_three_planes() -> None:
     """Outside the ball around (r, r, r), towards the corner, up to a margin above the faces."""
     centre = placed(np.array([[RADIUS] * 3]))[0]
-    corner = Corner(centre, RADIUS, -TURN.T, SHIFT, MARGIN)
+    corner = Corner(centre, RADIUS, -TURN.T, SHIFT, np.full(3, MARGIN))
     x = scattered([-1, -1, -1], [3, 3, 3], 3000)
     value, gradient = corner.value_and_gradient(x)
     away = local(x) - RADIUS
@@ -292,7 +292,7 @@ def test_corner_of_three_planes() -> None:
 
 def test_regions_are_their_union() -> None:
     one, other = straight(), straight(1.5)
-    far = Corner(SHIFT + 40.0, RADIUS, -TURN.T, SHIFT + 40.0 - RADIUS * TURN.sum(axis=1), MARGIN)
+    far = Corner(SHIFT + 40.0, RADIUS, -TURN.T, SHIFT + 40.0 - RADIUS * TURN.sum(axis=1), np.full(3, MARGIN))
     both, x = Regions([one, other, far]), around_edge()
     parts = np.stack([region.value_and_gradient(x)[0] for region in (one, other)])
     held = np.all([((x >= r.box[0]) & (x <= r.box[1])).all(axis=1) for r in (one, other)], axis=0)

@@ -135,17 +135,17 @@ class _Run:
 
     def off(self, mesh: Mesh, edges: Edges) -> Edges:
         """Those edges whose middle is far off the surface."""
-        edges = edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.rough))
-        return edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.look))
+        edges = edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.rough, self.far))
+        return edges.some(self._far(mesh.vertices[edges.ends].mean(axis=1), self.look, self.far))
 
-    def _far(self, points: FloatArray, look: Evaluate, limit: float | None = None) -> NDArray[np.bool_]:
+    def _far(self, points: FloatArray, look: Evaluate, limit: float) -> NDArray[np.bool_]:
         value, gradient = look(points)
-        return np.asarray(np.abs(value) > (limit or self.far) * self.spacing * np.linalg.norm(gradient, axis=1))
+        return np.asarray(np.abs(value) > limit * self.spacing * np.linalg.norm(gradient, axis=1))
 
     def raised(self, mesh: Mesh, edges: Edges) -> Mesh:
         """Vertices at the ends of edges that are off the surface moved onto it, unless triangles meet."""
         which = np.unique(edges.ends)
-        which = which[self._far(mesh.vertices[which], self.look)]
+        which = which[self._far(mesh.vertices[which], self.look, self.far)]
         if len(which) == 0:
             return mesh
         point = _onto_surface(_onto_surface(mesh.vertices[which], self.rough, _NEWTON), self.look, _POLISH)

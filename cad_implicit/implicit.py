@@ -46,7 +46,7 @@ class Implicit(ABC):
     spacing : float or None
         Grid spacing in mm that the shape was made with, and at which it is contoured unless told otherwise.
     radius : float or None
-        Of the balls that rounded it, in mm.
+        Of the balls that rounded it, in mm, if it is known.
     rough : bool
         Whether ``polished`` gives better values than calls do.
     """

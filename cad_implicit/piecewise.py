@@ -42,6 +42,7 @@ class Later(Implicit):
         self, part: MeshDistance, operation: str, amount: float, spacing: float, bounds: ArrayLike, threads: int | None
     ) -> None:
         self.spacing = spacing
+        self.radius = None if operation == "offset" else amount
         self.bounds = np.asarray(bounds, np.float64)
         self._call = part, operation, amount, threads
 

@@ -53,7 +53,7 @@ _NUDGE = (1.7e-7, -2.3e-7, 1.1e-7)
 #: coincide; the thickest seen had 0.02.
 _CRUMB = 0.05
 
-#: Edges of blends farther off than this, in spacings, are split: a third of the radius' square at four spacings …
+#: Edges of blends farther off than this, in spacings, are split; facets at four spacings to a radius are off by 0.06.
 _FAR = 0.1
 
 #: Rounds in which vertices that make triangles run through each other go back to where facets cross.

@@ -152,10 +152,11 @@ def by_rolling_ball(
 ) -> Measured:
     """Errors of the result by the ball alone, where there is no exact solid.
 
-    On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces, or
-    to the part, or to the plane of a face that goes on over a notch which they fill; on global ones how much farther or
-    nearer than the radius the nearest centre of a free ball is. Points on the part are counted as unchanged, with their
-    distance to it; so are those on the side of it where no blend of this kind is, as chords of curved faces are.
+    On local blends they are distances to the surfaces of its balls, whose centres are at the radius from both faces, to
+    the part where these are farther than a radius, or to the plane of a face that goes on over a notch which they fill;
+    on global ones how much farther or nearer than the radius the nearest centre of a free ball is. Points on the part
+    are counted as unchanged, with their distance to it; so are those on the side of it where no blend of this kind is,
+    as chords of curved faces are.
 
     Parameters are those of :func:`against_kernel`.
     """
@@ -171,7 +172,9 @@ def by_rolling_ball(
         asked = np.random.default_rng(0).choice(asked, _CHECKED, replace=False)
     normals = np.concatenate([vertex_normals(result), unit(result.face_vectors[triangles])])
     if blend is not None:
-        errors[asked] = _nearer(off_balls(points[asked], blend), -value[asked])
+        away = off_balls(points[asked], blend)
+        # thin triangles at the tip of a blend reach far onto the part, where there is no ball
+        errors[asked] = np.where(np.abs(away) > radius, -value[asked], away)
         off = asked[np.abs(errors[asked]) > _OFF * spacing]
         off = off[np.argsort(-np.abs(errors[off]))[:_CUT_OFF]]
         errors[off] = np.where(
@@ -183,11 +186,6 @@ def by_rolling_ball(
     regions = np.where(unchanged[known], 1, 0)
     at_vertices = errors[: len(result.vertices)]
     return Measured("rolling ball", points[known], errors[known], regions, at_vertices, errors[known])
-
-
-def _nearer(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Give the smaller of two signed distances (N,): a thin triangle at a blend's tip may reach far onto the part."""
-    return np.where(np.abs(other) < np.abs(one), other, one)
 
 
 def _on_planes(

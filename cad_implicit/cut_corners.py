@@ -5,7 +5,8 @@ meet, a shallow crease that no cell saw. Such places are few, but of 31 closings
 there. What is off is seen at the middles of edges, whatever the reason; it is mended one edge at a time, as far as no
 triangle folds or runs through another.
 
-Not promised: tips that were taken back into their cells, so that no triangles run through each other, stay blunt.
+What is left then are dents, for instance where a tip was taken back into its cell so that no triangles run through each
+other; those are closed by cones (:mod:`cad_implicit.dents`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from . import parallel
 from .creases import Edges, split_edges
+from .dents import without_dents
 from .implicit import FloatArray
 from .kernels.intersections import intersecting
 from .mesh import Mesh
@@ -104,6 +106,7 @@ def mend_corners(
         before = patch
         patch = run.split(run.raised(patch, edges), edges, number % _WAYS)
         stuck = stuck + 1 if patch is before else 0
+    patch = run.without_dents(patch)
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
 
 
@@ -159,6 +162,14 @@ class _Run:
                 return moved
             which, point = which[~bad], point[~bad]
         return mesh
+
+    def without_dents(self, mesh: Mesh) -> Mesh:
+        """Replace what is around vertices that are still off the surface."""
+        which = np.unique(_bent(mesh).ends)
+        for look in (self.rough, self.look):
+            which = which[self._far(mesh.vertices[which], look, self.far)]
+        limit = self.far * self.spacing
+        return without_dents(mesh, which, self.look, self.spacing, limit, self._tangled)
 
     def split(self, mesh: Mesh, edges: Edges, way: int) -> Mesh:
         """Split edges as far as nothing folds or meets: at the crease next to one or the other end, or midway."""

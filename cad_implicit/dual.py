@@ -25,7 +25,7 @@ from .creases import refine_creases
 from .cut_corners import FAR, mend_corners
 from .implicit import FloatArray, Implicit
 from .kernels import bricks as brick_kernels
-from .kernels import crossings, flat, hermite, projection, qef
+from .kernels import crossings, flat, hermite, projection, qef, slivers
 from .kernels import dual_contour as mesh_kernels
 from .mesh import Mesh
 from .parallel import Progress, no_progress
@@ -383,7 +383,8 @@ class _Run:
         mesh = mend_corners(Mesh(position, faces), rough, look, self.bricks.spacing, self.threads, self.far)
         self.progress("triangles", 1.0)
         names = names_of(cells, self.bricks.blocks, origin, len(v.position), len(mesh.vertices))
-        return mesh.vertices, mesh.faces, names
+        position, faces, kept = slivers.compact(mesh.vertices, mesh.faces)
+        return position, faces, names[kept]
 
     def _onto_crease(
         self, points: FloatArray, normals: FloatArray, exactly: bool

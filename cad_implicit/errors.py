@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 _PACKAGE = str(Path(__file__).parent)
@@ -48,7 +49,17 @@ class InvalidMeshError(CadImplicitError):
 
 
 class RadiusError(CadImplicitError):
-    """A radius or distance is not a positive finite number, or does not fit the part."""
+    """A radius or distance is not a positive finite number, or does not fit the part.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Numbers of the edges at which it does not fit, if it is chosen edges that it is for.
+    """
+
+    def __init__(self, message: str, edges: Iterable[int] = ()) -> None:
+        super().__init__(message)
+        self.edges = tuple(edges)
 
 
 class SpacingError(CadImplicitError):

@@ -139,7 +139,7 @@ class Layer:
         if all(ball is not None for ball in balls):
             short = limits[0] - limits[1]
             if short > _NOTHING * self.radius:
-                raise RadiusError(f"{self._names()}: a ball of radius {self.radius:g} mm does not fit between its ends")
+                raise self._error(f"a ball of radius {self.radius:g} mm does not fit between its ends")
             if short > -_NOTHING * self.radius:
                 return None
         rough = self._spine(guide, guide.at) if any(free) else None
@@ -194,7 +194,7 @@ class Layer:
         found = spine(guide, self.supports, self.law, at)
         if self.supports is self.rail.supports and self._falls(found):
             if self.strict:
-                raise RadiusError(f"{self._names()}: {self._what()} consumes a face")
+                raise self._error(f"{self._what()} consumes a face")
             found = spine(guide, self.supports, self.law, self._denser(at))
         way, along = np.linalg.norm(np.diff(found.centres, axis=0), axis=1), np.diff(found.at)
         if self.rail.constant is None or (bool((way > _STILL * along).all()) and bool(found.solved.all())):
@@ -289,7 +289,7 @@ class Layer:
         if len(bad):
             outward = outward[: int(np.flatnonzero(outward == bad[0])[0])]
         if len(outward) == 0:
-            raise RadiusError(f"{self._names()}: {self._what()} does not reach both faces at its end")
+            raise self._error(f"{self._what()} does not reach both faces at its end")
         if not faces.cuts:
             return (0.0 if which == 0 else self.rail.guide.length), Ending({}, faces)
         held = np.concatenate([rough.touching(), rough.edge[:, None]], axis=1)
@@ -332,10 +332,11 @@ class Layer:
     def _check(self, found: Spine) -> None:
         if not found.solved.all():
             x, y, z = found.edge[int(np.flatnonzero(~found.solved)[0])]
-            raise RadiusError(
-                f"{self._names()}: {self._what()} does not reach both faces at "
-                f"({x:.4g}, {y:.4g}, {z:.4g}) mm; use a smaller radius"
-            )
+            place = f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
+            raise self._error(f"{self._what()} does not reach both faces at {place}; use a smaller radius")
+
+    def _error(self, what: str) -> RadiusError:
+        return RadiusError(f"{self._names()}: {what}", self.rail.numbers)
 
     def _what(self) -> str:
         if self.rail.lengths is None:

@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from .blend_regions import Corner, Mitre
 from .cad.edges import Edge
 from .chamfers import Flat, meeting_points
 from .errors import RadiusError
@@ -18,7 +19,7 @@ from .joints import Ball, Vertex, find_corners, vertices
 from .layers import Layer, Laying, Which
 from .rails import Rail
 from .spines import Spine
-from .strips import Corner, Mitre, Region, Strip, Trimmed
+from .strips import Region, Strip, Trimmed
 
 #: Blends run into each other if one touches a face this deep within the other, in radii, that with a margin of …
 _CROSSING = 1e-3
@@ -136,8 +137,9 @@ def _check_apart(laid: Sequence[Laying]) -> None:
                 deep = np.where(deep > 0, narrow.from_ball(touching)[2].min(axis=1), deep)
             if float(deep.max()) > _CROSSING * radius:
                 x, y, z = touching[int(deep.argmax())]
-                both = ", ".join(map(str, sorted({*one.rail.numbers, *other.rail.numbers})))
-                raise RadiusError(f"edges {both}: their blends run into each other at ({x:.4g}, {y:.4g}, {z:.4g}) mm")
+                numbers = sorted({*one.rail.numbers, *other.rail.numbers})
+                both, place = ", ".join(map(str, numbers)), f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
+                raise RadiusError(f"edges {both}: their blends run into each other at {place}", numbers)
 
 
 def _flats(vertex: Vertex, here: Sequence[tuple[Laying, Which]], faces: PartFaces, margin: float) -> list[Flat]:

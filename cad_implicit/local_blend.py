@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import sizing
+from .blend_regions import SPACINGS, Regions, Without
 from .cad import OpenPart, open_part
 from .cad.edges import Edge, part_edges
 from .choices import Edges, choose
@@ -28,7 +29,7 @@ from .mesh import Mesh
 from .parallel import Progress, no_progress
 from .rails import Choice, Radius, rails
 from .rolling import rolled
-from .strips import SPACINGS, Region, Regions, Without
+from .strips import Region
 
 Pair = tuple[FloatArray, FloatArray]
 
@@ -192,7 +193,7 @@ def blend_edges(
     try:
         laid = lay_out(choices, faces, found, margin, distance)
     except RadiusError as error:
-        fits = _fitting(choices, faces, found, margin)
+        fits = _fitting(choices, faces, found, margin, at_fault=error.edges)
         advice = f"; the largest radius for these edges is {fits * largest:.4g} mm" if fits > 0 else ""
         raise RadiusError(f"{error}{advice}") from None
     progress("spines", 1.0)
@@ -278,19 +279,48 @@ def lay_out(
 
 
 def _fitting(
-    choices: Sequence[Choice], faces: PartFaces, found: Sequence[Edge], margin: float, strict: bool = False
+    choices: Sequence[Choice],
+    faces: PartFaces,
+    found: Sequence[Edge],
+    margin: float,
+    *,
+    strict: bool = False,
+    at_fault: Sequence[int] = (),
 ) -> float:
-    """Largest factor below 1 by which radii fit, 0 if none does."""
-    low, high = 0.0, 1.0
-    while high - low > _RADIUS_FOUND * high and high > 1e-6:
-        middle = (low + high) / 2 if low > 0 else high / 4
+    """Largest factor below 1 by which radii fit, 0 if none does.
+
+    Looks first at those edges only at which larger radii do not fit, ``at_fault``, and their neighbours.
+    """
+
+    def fault(some: Sequence[Choice], factor: float) -> RadiusError | None:
         try:
-            lay_out([_scaled(choice, middle) for choice in choices], faces, found, margin * middle, strict=strict)
-        except RadiusError:
-            high = middle
-        else:
-            low = middle
-    return low
+            lay_out([_scaled(choice, factor) for choice in some], faces, found, margin * factor, strict=strict)
+        except RadiusError as error:
+            return error
+        return None
+
+    def largest(some: Sequence[Choice], high: float) -> float:
+        low = 0.0
+        while high - low > _RADIUS_FOUND * high and high > 1e-6:
+            middle = (low + high) / 2 if low > 0 else high / 4
+            low, high = (low, middle) if fault(some, middle) else (middle, high)
+        return low
+
+    high, asked = 1.0, set[int]()
+    while not set(at_fault) <= asked:
+        asked = set(at_fault)
+        high = largest(_beside(choices, asked), high)
+        error = fault(choices, high) if high > 0 else None
+        if error is None:
+            return high
+        at_fault = error.edges
+    return largest(choices, high)
+
+
+def _beside(choices: Sequence[Choice], numbers: set[int]) -> list[Choice]:
+    """Choices of some edges, and of those that share a vertex with them."""
+    ends = {end for choice in choices if choice.edge.number in numbers for end in choice.edge.ends} - {0}
+    return [choice for choice in choices if choice.edge.number in numbers or ends & set(choice.edge.ends)]
 
 
 def _scaled(choice: Choice, factor: float) -> Choice:

@@ -1,12 +1,11 @@
-"""Which piece of a spine is nearest to points, and how far it is at least."""
+"""Samples along a spine, in groups, that tell which piece of it is nearest to a point."""
 
 from __future__ import annotations
 
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from .guides import hermite
 from .implicit import FloatArray
@@ -16,16 +15,35 @@ from .implicit import FloatArray
 _FINE = 0.02
 _MOST = 5000
 
-#: Points that tell what is farther off than a strip reaches, in reaches: among the fine ones a point on the axis of a
-#: ring has all as candidates (the rounds of a flange took 60 s of processor time so, and 15 s in this way).
+#: Length of a group of them, in reaches.
 _COARSE = 0.2
 
-#: More points than this are looked up by several threads.
-_MANY = 5000
+
+@dataclass(frozen=True, eq=False)
+class SpineSamples:
+    """What :func:`~cad_implicit.kernels.spine_samples.nearest_sample` needs.
+
+    Attributes
+    ----------
+    middles : (G, 3) float64
+    members : (G + 1,) int64
+    points : (M, 3) float64
+    pieces : (M,) int64
+        Piece of the spine that each point is of.
+    gap : float
+    """
+
+    middles: FloatArray
+    members: NDArray[np.int64]
+    points: FloatArray
+    pieces: NDArray[np.int64]
+    gap: float
 
 
-class SpineSearch:
-    """Nearest pieces of a spine.
+def spine_samples(
+    origins: FloatArray, tangents: FloatArray, spans: FloatArray, radius: float, reach: float
+) -> SpineSamples:
+    """Find samples of a spine.
 
     Parameters
     ----------
@@ -36,44 +54,16 @@ class SpineSearch:
     radius, reach : float
         Smallest of its balls, and how far a strip along it reaches, in mm.
     """
-
-    def __init__(
-        self, origins: FloatArray, tangents: FloatArray, spans: FloatArray, radius: float, reach: float
-    ) -> None:
-        self._origins, self._tangents, self._spans = origins, tangents, spans
-        self._radius, self._reach = radius, reach
-
-    def nearest(self, points: FloatArray, most: float = np.inf) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Distances (N,) to the spine, nearly, and pieces (N,) of it to start looking from; inf and any beyond most."""
-        tree, pieces = self._fine
-        away, sample = tree.query(points, distance_upper_bound=most, workers=_workers(points))
-        return away, pieces[np.minimum(sample, len(pieces) - 1)]
-
-    def at_least(self, points: FloatArray) -> FloatArray:
-        """Distances (N,) to the spine that are not too large, and too small by a fraction of the reach."""
-        tree, gap = self._coarse
-        away, _ = tree.query(points, workers=_workers(points))
-        return np.asarray(away - gap)
-
-    @cached_property
-    def _fine(self) -> tuple[cKDTree, NDArray[np.int64]]:
-        """Points all along the spine, and the pieces they are of."""
-        counts = np.ceil(self._spans / (_FINE * self._radius)).astype(np.int64).clip(1, _MOST)
-        piece = np.repeat(np.arange(len(counts)), counts)
-        t = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[piece]
-        p, q = self._origins[piece], self._origins[piece + 1]
-        v, w = (self._spans[piece][:, None] * self._tangents[piece + i] for i in (0, 1))
-        return cKDTree(hermite(p, q, v, w, t[:, None])), piece
-
-    @cached_property
-    def _coarse(self) -> tuple[cKDTree, float]:
-        """Fewer points all along the spine, and how much nearer than they the spine may be."""
-        tree, piece = self._fine
-        ways = np.cumsum((self._spans / np.bincount(piece))[piece])
-        rows = np.unique(np.searchsorted(ways, np.arange(0.0, ways[-1], _COARSE * self._reach)))
-        rows = np.unique(np.append(rows[rows < len(piece)], len(piece) - 1))
-        return cKDTree(tree.data[rows]), float(np.diff(ways[rows], prepend=0.0).max())
-
-
-def _workers(points: FloatArray) -> int:
-    return -1 if len(points) > _MANY else 1
+    counts = np.ceil(spans / (_FINE * radius)).astype(np.int64).clip(1, _MOST)
+    piece = np.repeat(np.arange(len(counts)), counts)
+    t = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[piece]
+    v, w = (spans[piece][:, None] * tangents[piece + i] for i in (0, 1))
+    points = hermite(origins[piece], origins[piece + 1], v, w, t[:, None])
+    ways = np.cumsum((spans / counts)[piece])
+    group = (ways / (_COARSE * reach)).astype(np.int64)
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    members = np.append(first, len(piece))
+    middle = (members[:-1] + members[1:] - 1) // 2
+    before = np.concatenate([[0.0], ways])
+    gap = np.maximum(before[members[1:]] - before[middle], before[middle + 1] - before[members[:-1]])
+    return SpineSamples(points[middle], members, points, piece, float(gap.max()))

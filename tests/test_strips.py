@@ -9,13 +9,14 @@ import pytest
 from numpy.typing import ArrayLike
 from shapes import SHIFT, TURN, placed
 
+from cad_implicit.blend_regions import Corner, Mitre, Regions, Without
 from cad_implicit.chamfers import legs
 from cad_implicit.faces import CylinderFace, FaceDistance, PlaneFace
 from cad_implicit.guides import Guide, Support
 from cad_implicit.implicit import FloatArray
 from cad_implicit.rails import law
 from cad_implicit.spines import spine
-from cad_implicit.strips import Corner, Cut, Mitre, Region, Regions, Strip, Trimmed, Without
+from cad_implicit.strips import Cut, Region, Strip, Trimmed
 
 X, Y, Z = TURN.T
 LENGTH, RADIUS, MARGIN = 9.0, 2.1, 0.6

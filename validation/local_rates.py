@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from cad_implicit.blend_regions import SPACINGS
 from cad_implicit.cad import OpenPart
 from cad_implicit.cad.edges import part_edges
 from cad_implicit.cad.exact_blends import exact_blend
@@ -31,7 +32,6 @@ from cad_implicit.choices import choose
 from cad_implicit.errors import RadiusError
 from cad_implicit.face_groups import PartFaces
 from cad_implicit.local_blend import REACH, blend_edges, lay_out
-from cad_implicit.strips import SPACINGS
 
 from .local_checks import Worker, checked
 from .local_parts import turned_by

@@ -25,6 +25,11 @@ _FLAT = 1e-4
 #: after a few; seams of 800 mm with triangles of 0.05 mm take 2000.
 _ROUNDS = 20_000
 
+#: Where faces meet triangles without area may also be turned in circles, of two or three rounds mostly: if rounds are
+#: what they were this many before, so many times on end, nothing else is left.
+_CIRCLE = 12
+_CIRCLES = 24
+
 #: Triangles around a vertex that are looked at again after a change: the latest are the first, and vertices of large
 #: faces may have thousands.
 _LATEST = 64
@@ -169,6 +174,16 @@ def _enter(faces, loose, head, following, vertex, number, seen, queue, count):
 
 
 @jit
+def _mark(t, a, b, c):
+    """Whole number that differs between triangles and what they were made of; sums of it, between rounds."""
+    mark = np.int64(0)
+    for v in (a, b, c):  # in any order
+        mixed = (np.int64(v) + 1) * np.int64(6364136223846793005)
+        mark += (mixed ^ (mixed >> 29)) * (np.int64(t) + 1)
+    return mark
+
+
+@jit
 def tidy(position, faces, facing, loose, shift, tiny, short, fold):
     """Mend triangles with loose vertices in place; returns which triangles (F,) are left.
 
@@ -187,8 +202,9 @@ def tidy(position, faces, facing, loose, shift, tiny, short, fold):
         if max(loose[faces[t, 0]], max(loose[faces[t, 1]], loose[faces[t, 2]])) > 0:
             queue[count] = t
             count += 1
+    before, alike = np.zeros(_CIRCLE, np.int64), 0
     for number in range(1, _ROUNDS + 1):
-        after = 0
+        after, done = 0, 0
         for q in range(count):
             t = queue[q]
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -199,7 +215,10 @@ def tidy(position, faces, facing, loose, shift, tiny, short, fold):
             ):
                 for v in (a, b, c):
                     after = _enter(faces, loose, head, following, v, number, seen, coming, after)
-        if after == 0:
+                done += _mark(t, a, b, c)
+        alike = alike + 1 if done == before[number % _CIRCLE] else 0
+        before[number % _CIRCLE] = done
+        if after == 0 or alike == _CIRCLES:
             break
         coming[:after].sort()
         queue, coming, count = coming, queue, after

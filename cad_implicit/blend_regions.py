@@ -12,7 +12,7 @@ from . import parallel
 from .guides import Support
 from .implicit import FloatArray, Implicit
 from .kernels import boxes, canal
-from .strips import SLACK, Pair, Region, Trimmed, evaluated
+from .strips import SLACK, Pair, Region, Strip, Trimmed, evaluated
 
 #: Margins must be at least this many spacings: less is contoured only roughly.
 SPACINGS = 2.0
@@ -51,6 +51,23 @@ class Without(Region):
         f, slope = self._others.value_and_gradient(points)
         less = -f < value
         return np.where(less, -f, value), np.where(less[:, None], -slope, gradient)
+
+
+class Cleared(Region):
+    """A region without the balls that roll along other edges."""
+
+    def __init__(self, region: Region, strips: Sequence[Strip]) -> None:
+        self._region, self._strips = region, tuple(strips)
+        self.box, self.margin = region.box, region.margin
+
+    def value_and_gradient(self, points: FloatArray) -> Pair:
+        """Values (N,) and gradients (N, 3)."""
+        value, gradient = self._region.value_and_gradient(points)
+        for strip in self._strips:
+            f, slope, _ = strip.from_ball(points)
+            less = f < value
+            value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
+        return value, gradient
 
 
 class Corner(Region):

@@ -164,12 +164,9 @@ class _Run:
         return mesh
 
     def without_dents(self, mesh: Mesh) -> Mesh:
-        """Replace what is around vertices that are still off the surface."""
-        which = np.unique(_bent(mesh).ends)
-        for look in (self.rough, self.look):
-            which = which[self._far(mesh.vertices[which], look, self.far)]
-        limit = self.far * self.spacing
-        return without_dents(mesh, which, self.look, self.spacing, limit, self._tangled)
+        """Replace what is around edges that are still off the surface."""
+        dents = self.off(mesh, _bent(mesh)).ends
+        return without_dents(mesh, dents, self.look, self.spacing, self.far * self.spacing, self._tangled)
 
     def split(self, mesh: Mesh, edges: Edges, way: int) -> Mesh:
         """Split edges as far as nothing folds or meets: at the crease next to one or the other end, or midway."""

@@ -1,4 +1,4 @@
-"""Dents of a contour: what is around vertices off the surface is taken away, and closed by a cone on the surface.
+"""Dents of a contour: what is around edges off the surface is taken away, and closed by a cone on the surface.
 
 Where two cells see the same corner and triangles would run through each other, vertices are taken back into their cells
 (:mod:`cad_implicit.untangling`): an acute tip is lost, with triangles across its inside. Next to a corner its faces are
@@ -18,7 +18,10 @@ from .missed_creases import units
 from .seam_polish import Evaluate
 
 #: Rings of triangles around a dent that are taken away with it, at most.
-_RINGS = 3
+_RINGS = 5
+
+#: The most edges that are tried: more are no tip.
+_MOST = 64
 
 #: New triangles face less than 70 degrees (cosine) away from where the surface does.
 _SAME_SIDE = 0.34
@@ -42,13 +45,13 @@ def without_dents(
     limit: float,
     tangled: Callable[[Mesh], NDArray[np.bool_]],
 ) -> Mesh:
-    """Replace what is around vertices by cones, where those are on the surface and nothing folds or meets.
+    """Replace what is around edges by cones, where those are on the surface and nothing folds or meets.
 
     Parameters
     ----------
     mesh : Mesh
-    dents : (N,) int64
-        Vertices off the surface.
+    dents : (N, 2) int64
+        Ends of edges whose middles are off the surface.
     look : callable
         Maps points (N, 3) to values (N,) and gradients (N, 3).
     spacing : float
@@ -63,11 +66,12 @@ def without_dents(
     Mesh
         New vertices come last; vertices that were taken away are of no triangle.
     """
-    for dent in dents:
-        own = (mesh.faces == dent).any(axis=1)
+    for ends in dents[:_MOST]:
+        own = np.isin(mesh.faces, ends).sum(axis=1) == 2
+        dent = mesh.vertices[ends].mean(axis=0)
         for _ in range(_RINGS):
             if own.any():
-                closed = _closed(mesh, own, mesh.vertices[dent], look, (_AWAY * spacing, limit))
+                closed = _closed(mesh, own, dent, look, (_AWAY * spacing, limit))
                 new = len(mesh.vertices)
                 if closed is not None and not tangled(closed)[closed.faces[(closed.faces == new).any(axis=1)]].any():
                     mesh = closed

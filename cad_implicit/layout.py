@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .blend_regions import Corner, Mitre
+from .blend_regions import Cleared, Corner, Mitre
 from .cad.edges import Edge
 from .chamfers import Flat, meeting_points
 from .errors import RadiusError
@@ -28,6 +28,9 @@ _NARROW = 0.01
 #: A corner comes out of the part behind a face if it does by this share of its margin; then that is so many radii.
 _COMES_OUT = 0.5
 _SKIN = 1e-3
+
+#: A ball is free of the part if it cuts in by no more than this share of its radius.
+_FREE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +106,26 @@ def lay(
         laid.others.extend(_flats(vertex, here, faces, least))
         for ball in vertex.corners:
             margins = _margins(ball, vertex.ends[0][0].sign, part, least)
-            laid.others.append(Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margins))
+            corner = Corner(ball.centre, ball.radius, ball.contacts, vertex.place, margins)
+            own = {id(rail) for rail, _ in vertex.ends}
+            others = [laying for key, laying in layings.items() if key not in own]
+            beside = _free_balls(ball, others, part) if part is not None and margins.min() < least else []
+            laid.others.append(Cleared(corner, beside) if beside else corner)
             laid.corners.append(ball)
     return laid
+
+
+def _free_balls(ball: Ball, others: Sequence[Laying], part: Implicit) -> list[Strip]:
+    """Give strips of the free balls that roll past the end of a face, and meet a ball that touches it there."""
+    result = []
+    for laying in others:
+        found, length = laying.strip.spine, laying.rail.guide.length
+        near = np.linalg.norm(found.centres - ball.centre, axis=1) < found.radius + ball.radius
+        free = laying.rail.sign * part(found.centres) > (1 - _FREE) * found.radius
+        rows = np.flatnonzero(near & free & (found.at >= 0) & (found.at <= length))
+        if found.ball and not found.closed and len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
+            result.append(Strip(found.part(rows), laying.rail.supports, laying.strip.margin))
+    return result
 
 
 def _margins(ball: Ball, sign: float, part: Implicit | None, margin: float) -> FloatArray:

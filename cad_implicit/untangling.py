@@ -201,7 +201,8 @@ def _moved(p: Pieces, step: NDArray[np.int8]) -> tuple[FloatArray, FloatArray]:
     if not step.any():
         return p.position.copy(), at_edges
     b, h = p.bricks, p.bricks.spacing
-    near = np.flatnonzero((step[p.quads] > 0).any(axis=1))
+    corners = np.concatenate([p.quads, p.between], axis=1) if len(p.between) else p.quads
+    near = np.flatnonzero(((corners >= 0) & (step[corners] > 0)).any(axis=1))
     code = p.cells.edges[near]
     axis = (code >> 9) % 3
     start = crossings.edge_points(code, np.zeros(len(code)), b.blocks, b.origin, h)
@@ -212,11 +213,10 @@ def _moved(p: Pieces, step: NDArray[np.int8]) -> tuple[FloatArray, FloatArray]:
     position = p.position.copy()
     middle = np.zeros_like(position)
     count = np.zeros(len(position))
-    for corners in (p.quads, p.between):
-        for column in corners.T:
-            some = near[column[near] >= 0] if len(column) else near[:0]
-            np.add.at(middle, column[some], at_edges[some])
-            np.add.at(count, column[some], 1)
+    for column in corners.T:
+        some = near[column[near] >= 0]
+        np.add.at(middle, column[some], at_edges[some])
+        np.add.at(count, column[some], 1)
     own = p.cells.vertices
     extra = own + np.flatnonzero(step[own:])
     position[extra] = middle[extra] / count[extra, None]

@@ -58,3 +58,37 @@ def test_what_no_cell_saw(distance: object, size: float, lost: float, monkeypatc
     plain = dual_contour(shape, H)
     assert off(plain, shape).max() > lost
     assert len(plain.vertices) < len(mesh.vertices) < 1.05 * len(plain.vertices)
+
+
+def pyramid(tip: FloatArray) -> Placed:
+    """Three faces through a tip, two of them at 28 degrees, and a fourth across."""
+    faces = np.array([[-0.497, 0.508, 0.703], [0.497, 0.831, -0.249], [-0.773, -0.627, -0.093]])
+    faces /= np.linalg.norm(faces, axis=1)[:, None]
+    faces = np.concatenate([faces, [-faces.sum(axis=0) / np.linalg.norm(faces.sum(axis=0))]])
+
+    def distance(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        heights = np.stack([(points - tip) @ face for face in faces])
+        heights[3] += 1.6
+        return heights.min(axis=0), faces[heights.argmin(axis=0)]
+
+    return Placed(distance, [9.2] * 3)
+
+
+def test_tips_that_were_taken_back_are_closed_by_cones(monkeypatch: pytest.MonkeyPatch) -> None:
+    tip = np.array([-0.019234429697418065, -0.4067078912485862, 0.046747407945714636])
+    shape = pyramid(tip)
+    mesh = dual_contour(shape, H)
+    assert off(mesh, shape).max() < 1e-9
+    assert np.linalg.norm(mesh.vertices - shape.place(tip[None]), axis=1).min() < 1e-9
+    assert mesh.is_watertight
+    assert len(np.unique(mesh.faces)) == len(mesh.vertices)
+    assert not intersecting(mesh.vertices, mesh.faces, H).any()
+    monkeypatch.setattr("cad_implicit.cut_corners.without_dents", lambda mesh, *_: mesh)
+    assert off(dual_contour(shape, H), shape).max() > 0.4
+
+
+def test_vertices_between_doubled_edges_go_to_the_middle_of_their_quads() -> None:
+    shape = pyramid(np.array([-0.10905121101698656, -0.14342849605241093, 0.21890693022688001]))
+    mesh = dual_contour(shape, H)
+    assert mesh.is_watertight
+    assert not intersecting(mesh.vertices, mesh.faces, H).any()

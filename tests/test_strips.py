@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import ArrayLike
 from shapes import SHIFT, TURN, placed
 
-from cad_implicit.blend_regions import Corner, Mitre, Regions, Without
+from cad_implicit.blend_regions import Cleared, Corner, Mitre, Regions, Without
 from cad_implicit.chamfers import legs
 from cad_implicit.faces import CylinderFace, FaceDistance, PlaneFace
 from cad_implicit.guides import Guide, Support
@@ -269,6 +269,21 @@ def test_region_without_others() -> None:
     assert np.abs(gradient[kept] - slope[kept]).max() < 1e-9
 
 
+def test_region_without_balls_along_an_edge() -> None:
+    """What is in the ball that rolls along x = y = 0 is not of a larger strip there."""
+    region, strip, x = straight(2 * RADIUS), straight(), scattered([0, 0, 1], [4, 4, LENGTH - 1])
+    value, gradient = Cleared(region, [strip]).value_and_gradient(x)
+    whole, slope = region.value_and_gradient(x)
+    a, b, _ = local(x).T
+    ball = np.hypot(a - RADIUS, b - RADIUS) - RADIUS
+    assert value == pytest.approx(np.minimum(whole, ball))
+    kept = whole < ball
+    assert 50 < kept.sum() < 350
+    assert (gradient[kept] == slope[kept]).all()
+    assert np.abs((gradient[~kept] * Z).sum(axis=1)).max() < 1e-9
+    assert ((whole > 0.1) & (value < -0.1)).sum() > 10
+
+
 def test_corner_of_three_planes() -> None:
     """Outside the ball around (r, r, r), towards the corner, up to a margin above the faces."""
     centre = placed(np.array([[RADIUS] * 3]))[0]
@@ -291,13 +306,22 @@ def test_corner_of_three_planes() -> None:
     assert ((x > corner.box[0]) & (x < corner.box[1])).all(axis=1)[value > 0].all()
 
 
-def test_regions_are_their_union() -> None:
+@pytest.mark.parametrize("trimmed", [False, True])
+def test_regions_are_their_union(trimmed: bool) -> None:
+    cut = Cut(Support(PlaneFace(SHIFT + 6.2 * Z, Z), 1.0), 1.0, 1, 5.0, 0.1)
     one, other = straight(), straight(1.5)
+    if trimmed:  # then all strips are looked at together
+        one, other = Trimmed(one, []), Trimmed(other, [cut])
     far = Corner(SHIFT + 40.0, RADIUS, -TURN.T, SHIFT + 40.0 - RADIUS * TURN.sum(axis=1), np.full(3, MARGIN))
     both, x = Regions([one, other, far]), around_edge()
     parts = np.stack([region.value_and_gradient(x)[0] for region in (one, other)])
     held = np.all([((x >= r.box[0]) & (x <= r.box[1])).all(axis=1) for r in (one, other)], axis=0)
     assert both(x)[held] == pytest.approx(parts.max(axis=0)[held])
+    slopes = np.stack([region.value_and_gradient(x)[1] for region in (one, other)])
+    decided = held & (np.abs(parts[0] - parts[1]) > 1e-9)
+    assert decided.sum() > 50
+    own = slopes[parts.argmax(axis=0), np.arange(len(x))]
+    assert np.abs(both.gradient(x) - own)[decided].max() < 1e-9
     assert sorted(len(cluster.regions) for cluster in both.clusters()) == [1, 2]
     assert (both.bounds[0] == np.min([one.box[0], other.box[0], far.box[0]], axis=0)).all()
     assert both.spacing == pytest.approx(MARGIN / 2)

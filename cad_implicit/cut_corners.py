@@ -98,15 +98,15 @@ def mend_corners(
     near = _near(mesh.vertices, mesh.vertices[edges.ends].mean(axis=1), _AROUND * spacing)
     own = near[mesh.faces].any(axis=1)
     patch = Mesh(mesh.vertices, mesh.faces[own])
-    stuck = 0
+    edges, stuck = _same(edges, _bent(patch)), 0
     for number in range(_PASSES):
-        edges = run.off(patch, _bent(patch))
-        if len(edges.ends) == 0 or stuck == _WAYS:
-            break
         before = patch
         patch = run.split(run.raised(patch, edges), edges, number % _WAYS)
         stuck = stuck + 1 if patch is before else 0
-    patch = run.without_dents(patch)
+        edges = run.off(patch, _bent(patch)) if stuck == 0 else edges
+        if len(edges.ends) == 0 or stuck == _WAYS:
+            break
+    patch = without_dents(patch, edges.ends, look, spacing, far * spacing, run.tangled)
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
 
 
@@ -124,6 +124,12 @@ def _bent(mesh: Mesh) -> Edges:
     """Edges whose triangles turn."""
     edges, normal = paired_edges(mesh), units(mesh.face_vectors)
     return edges.some((normal[edges.triangle[:, 0]] * normal[edges.triangle[:, 1]]).sum(axis=1) < _FLAT)
+
+
+def _same(edges: Edges, others: Edges) -> Edges:
+    """Those others that have the same ends as one of the edges."""
+    own, theirs = (np.sort(one.ends, axis=1) @ [1 << 32, 1] for one in (edges, others))
+    return others.some(np.isin(theirs, own))
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,28 +151,30 @@ class _Run:
         value, gradient = look(points)
         return np.asarray(np.abs(value) > limit * self.spacing * np.linalg.norm(gradient, axis=1))
 
+    def _onto(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Points (N, 3) moved onto the surface by Newton's steps, and whether they were on it before the last one."""
+        for number in range(_NEWTON + _POLISH):
+            value, gradient = (self.rough if number < _NEWTON else self.look)(points)
+            square = np.maximum((gradient * gradient).sum(axis=1), 1e-12)
+            points = points - (value / square)[:, None] * gradient
+        return points, np.asarray(np.abs(value) < _ON * self.spacing * np.sqrt(square))
+
     def raised(self, mesh: Mesh, edges: Edges) -> Mesh:
         """Vertices at the ends of edges that are off the surface moved onto it, unless triangles meet."""
         which = np.unique(edges.ends)
         which = which[self._far(mesh.vertices[which], self.look, self.far)]
         if len(which) == 0:
             return mesh
-        point = _onto_surface(_onto_surface(mesh.vertices[which], self.rough, _NEWTON), self.look, _POLISH)
-        near = np.linalg.norm(point - mesh.vertices[which], axis=1) < _AWAY * self.spacing
-        good = near & ~self._far(point, self.look, _ON)
+        point, on = self._onto(mesh.vertices[which])
+        good = on & (np.linalg.norm(point - mesh.vertices[which], axis=1) < _AWAY * self.spacing)
         which, point = which[good], point[good]
         while len(which):
             moved = snapped(mesh, which, point)
-            bad = self._tangled(moved)[which]
+            bad = self.tangled(moved)[which]
             if not bad.any():
                 return moved
             which, point = which[~bad], point[~bad]
         return mesh
-
-    def without_dents(self, mesh: Mesh) -> Mesh:
-        """Replace what is around edges that are still off the surface."""
-        dents = self.off(mesh, _bent(mesh)).ends
-        return without_dents(mesh, dents, self.look, self.spacing, self.far * self.spacing, self._tangled)
 
     def split(self, mesh: Mesh, edges: Edges, way: int) -> Mesh:
         """Split edges as far as nothing folds or meets: at the crease next to one or the other end, or midway."""
@@ -179,7 +187,7 @@ class _Run:
                 break
             faces = split_edges(mesh.faces, edges, np.arange(len(rows)), len(mesh.vertices))
             result = Mesh(np.concatenate([mesh.vertices, point]), faces)
-            tangled = self._tangled(result)
+            tangled = self.tangled(result)
             bad: NDArray[np.bool_] = tangled[len(mesh.vertices) :]
             if not bad.any():
                 bad = np.asarray(tangled[edges.ends].any(axis=1))
@@ -189,12 +197,13 @@ class _Run:
         return mesh
 
     def _usable(self, points: FloatArray, ends: FloatArray) -> NDArray[np.bool_]:
-        """Whether points (E, 3) are on the surface, near the middles of edges, and not too near their ends."""
+        """Whether points (E, 3) are near the middles of edges, and not too near their ends."""
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         from_middle = np.linalg.norm(points - ends.mean(axis=1), axis=1)
         from_ends = np.linalg.norm(points[:, None] - ends, axis=2).min(axis=1)
-        near = (from_middle < _AWAY * np.maximum(length, self.spacing)) & (from_ends > _APART * self.spacing)
-        return np.asarray(near & ~self._far(points, self.look, _ON))
+        return np.asarray(
+            (from_middle < _AWAY * np.maximum(length, self.spacing)) & (from_ends > _APART * self.spacing)
+        )
 
     def _new_vertices(self, ends: FloatArray, way: int) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Points (E, 3) of the surface between ends (E, 2, 3), and whether they are usable.
@@ -204,28 +213,19 @@ class _Run:
         ends = ends[:, ::-1] if way == 1 else ends
         place, slopes = next_crease(ends, beside_ends(ends, self.rough), self.rough, _SHARP)
         sharp = np.flatnonzero((slopes[:, 0] * slopes[:, 1]).sum(axis=1) < (_SHARP if way < _WAYS - 1 else -1.0))
-        point = _onto_surface(ends.mean(axis=1), self.rough, _NEWTON)
+        point = ends.mean(axis=1)
         if len(sharp):
             point = np.concatenate([point, onto_crease(place[sharp], ends[sharp], self.rough, self.spacing)])
-        point = _onto_surface(point, self.look, _POLISH)
-        good = self._usable(point, np.concatenate([ends, ends[sharp]]))
+        point, good = self._onto(point)
+        good &= self._usable(point, np.concatenate([ends, ends[sharp]]))
         better = good[len(ends) :]
         point[sharp[better]] = point[len(ends) :][better]
         good[sharp[better]] = True
         return point[: len(ends)], good[: len(ends)]
 
-    def _tangled(self, mesh: Mesh) -> NDArray[np.bool_]:
+    def tangled(self, mesh: Mesh) -> NDArray[np.bool_]:
         """Vertices (V,) of triangles that run through others."""
         found = np.zeros(len(mesh.vertices), np.bool_)
         with parallel.threads(self.threads, len(mesh.faces)):
             found[mesh.faces[intersecting(mesh.vertices, mesh.faces, self.spacing)]] = True
         return found
-
-
-def _onto_surface(points: FloatArray, look: Evaluate, rounds: int) -> FloatArray:
-    """Newton's steps."""
-    for _ in range(rounds):
-        value, gradient = look(points)
-        square = np.maximum((gradient * gradient).sum(axis=1), 1e-12)
-        points = points - (value / square)[:, None] * gradient
-    return points

@@ -65,7 +65,7 @@ def _off_axis(part: cq.Workplane) -> cq.Workplane:
 def _pairs() -> dict[str, tuple[cq.Workplane, cq.Workplane]]:
     """Pairs of solids whose surfaces cross at clear angles."""
     slab = cq.Workplane().box(20, 14, 9)
-    ring = cq.Workplane("XZ").center(7, 0).circle(2.5).revolve(360, (-7, 0, 0), (-7, 1, 0))
+    ring = cq.Workplane(obj=cq.Solid.makeTorus(7, 2.5))
     cone = cq.Workplane(obj=cq.Solid.makeCone(6, 2, 18, cq.Vector(1, -2, -9.5)))
     return {
         "box, cylinder": (slab, cq.Workplane("XZ").center(1, 3).circle(4).extrude(20, both=True)),

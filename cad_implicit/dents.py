@@ -21,7 +21,7 @@ from .seam_polish import Evaluate
 _RINGS = 5
 
 #: The most edges that are tried: more are no tip.
-_MOST = 64
+_MOST = 24
 
 #: New triangles face less than 70 degrees (cosine) away from where the surface does.
 _SAME_SIDE = 0.34
@@ -139,4 +139,4 @@ def _off(corners: FloatArray, look: Evaluate) -> float:
     """How far the middles of triangles (T, 3, 3) and of their edges are off the surface, at most, in mm."""
     middles = (corners + np.roll(corners, -1, axis=1)) / 2
     value, gradient = look(np.concatenate([middles.reshape(-1, 3), corners.mean(axis=1)]))
-    return float((np.abs(value) / np.linalg.norm(gradient, axis=1)).max())
+    return float((np.abs(value) / np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)).max())

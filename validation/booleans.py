@@ -63,15 +63,19 @@ def _off_axis(part: cq.Workplane) -> cq.Workplane:
 
 
 def _pairs() -> dict[str, tuple[cq.Workplane, cq.Workplane]]:
-    """Pairs of solids whose surfaces cross at clear angles."""
+    """Pairs of solids whose surfaces cross at clear angles.
+
+    Of a ring and a cone, or a slanted rod, the exact kernel makes nothing that could be a measure: the union of 864 and
+    980 mm³ has 80 mm³.
+    """
     slab = cq.Workplane().box(20, 14, 9)
     ring = cq.Workplane(obj=cq.Solid.makeTorus(7, 2.5))
-    cone = cq.Workplane(obj=cq.Solid.makeCone(6, 2, 18, cq.Vector(1, -2, -9.5)))
+    rod = cq.Workplane("XZ").center(7, 0.4).circle(1.7).extrude(14, both=True)
     return {
         "box, cylinder": (slab, cq.Workplane("XZ").center(1, 3).circle(4).extrude(20, both=True)),
         "box, ball": (slab, cq.Workplane(obj=cq.Solid.makeSphere(6, cq.Vector(8, 5, 3), angleDegrees1=-90))),
         "box, ring": (slab, ring.translate((2, 1, 3.5))),
-        "ring, cone": (ring, cone),
+        "ring, rod": (ring, rod),
     }
 
 

@@ -30,6 +30,9 @@ _ROUNDS = 20_000
 _CIRCLE = 12
 _CIRCLES = 24
 
+#: Modulus of the marks by which rounds are told apart.
+_PRIME = 2**31 - 1
+
 #: Triangles around a vertex that are looked at again after a change: the latest are the first, and vertices of large
 #: faces may have thousands.
 _LATEST = 64
@@ -178,9 +181,9 @@ def _mark(t, a, b, c):
     """Whole number that differs between triangles and what they were made of; sums of it, between rounds."""
     mark = np.int64(0)
     for v in (a, b, c):  # in any order
-        mixed = (np.int64(v) + 1) * np.int64(6364136223846793005)
-        mark += (mixed ^ (mixed >> 29)) * (np.int64(t) + 1)
-    return mark
+        mixed = (np.int64(v) + 1) * 48271 % _PRIME
+        mark += mixed * mixed % _PRIME
+    return mark * (np.int64(t) + 1) % _PRIME
 
 
 @jit

@@ -70,7 +70,7 @@ def _pairs() -> dict[str, tuple[cq.Workplane, cq.Workplane]]:
     """
     slab = cq.Workplane().box(20, 14, 9)
     ring = cq.Workplane(obj=cq.Solid.makeTorus(7, 2.5))
-    rod = cq.Workplane("XZ").center(7, 0.4).circle(1.7).extrude(14, both=True)
+    rod = cq.Workplane("YZ").center(1, 0.4).circle(1.3).extrude(14)
     return {
         "box, cylinder": (slab, cq.Workplane("XZ").center(1, 3).circle(4).extrude(20, both=True)),
         "box, ball": (slab, cq.Workplane(obj=cq.Solid.makeSphere(6, cq.Vector(8, 5, 3), angleDegrees1=-90))),

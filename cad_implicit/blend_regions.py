@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,15 @@ from .strips import SLACK, Pair, Region, Strip, Trimmed, evaluated
 SPACINGS = 2.0
 
 
+def _least(first: Pair, others: Iterable[Pair]) -> Pair:
+    """Least of some values (N,), and the gradients (N, 3) that go with them."""
+    value, gradient = first
+    for f, slope in others:
+        less = f < value
+        value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
+    return value, gradient
+
+
 class Mitre(Region):
     """What two strips have in common beyond faces."""
 
@@ -30,12 +39,8 @@ class Mitre(Region):
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
-        value, gradient = self._regions[0].value_and_gradient(points)
-        others = [region.value_and_gradient(points) for region in self._regions[1:]]
-        for f, slope in (*others, *(support(points) for support in self._beyond)):
-            less = f < value
-            value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
-        return value, gradient
+        first, *others = (region.value_and_gradient(points) for region in self._regions)
+        return _least(first, (*others, *(support(points) for support in self._beyond)))
 
 
 class Without(Region):
@@ -47,10 +52,8 @@ class Without(Region):
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
-        value, gradient = self._region.value_and_gradient(points)
-        f, slope = self._others.value_and_gradient(points)
-        less = -f < value
-        return np.where(less, -f, value), np.where(less[:, None], -slope, gradient)
+        value, gradient = self._others.value_and_gradient(points)
+        return _least(self._region.value_and_gradient(points), [(-value, -gradient)])
 
 
 class Cleared(Region):
@@ -62,12 +65,8 @@ class Cleared(Region):
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
-        value, gradient = self._region.value_and_gradient(points)
-        for strip in self._strips:
-            f, slope, _ = strip.from_ball(points)
-            less = f < value
-            value, gradient = np.where(less, f, value), np.where(less[:, None], slope, gradient)
-        return value, gradient
+        balls = (strip.from_ball(points)[:2] for strip in self._strips)
+        return _least(self._region.value_and_gradient(points), balls)
 
 
 class Corner(Region):
@@ -135,7 +134,7 @@ class Regions(Implicit):
         self._boxes = np.array([region.box for region in regions])
         self._margins = np.array([region.margin for region in regions])
         self._strips = [number for number, region in enumerate(regions) if isinstance(region, Trimmed)]
-        self._others = [number for number in range(len(self.regions)) if number not in set(self._strips)]
+        self._others = [number for number, region in enumerate(regions) if not isinstance(region, Trimmed)]
         self._trimmed = [region for region in regions if isinstance(region, Trimmed)]
         self.spacing = float(self._margins.min()) / SPACINGS
         self.bounds = np.stack([self._boxes[:, 0].min(axis=0), self._boxes[:, 1].max(axis=0)])

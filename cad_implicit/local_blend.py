@@ -309,11 +309,13 @@ def _fitting(
     high, asked = 1.0, set[int]()
     while not set(at_fault) <= asked:
         asked = set(at_fault)
-        high = largest(_beside(choices, asked), high)
-        error = fault(choices, high) if high > 0 else None
+        fits = largest(_beside(choices, asked), high)
+        if fits == 0:
+            break  # some of a chain of edges may be worse than all
+        error = fault(choices, fits)
         if error is None:
-            return high
-        at_fault = error.edges
+            return fits
+        high, at_fault = fits, error.edges
     return largest(choices, high)
 
 

@@ -1,4 +1,4 @@
-"""Regions that local blends take off or fill in: strips along edges, and corners where strips meet.
+"""Strips along edges: most of the regions that local blends take off or fill in.
 
 Each is a function of points, positive inside. Inside it are the points beside an edge that the ball of a blend does not
 reach, or that are beyond a chamfer; its other borders lie a margin outside of the part's surface, so that only the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 
@@ -36,6 +37,7 @@ class Mitre(Region):
         high = np.min([region.box[1] for region in regions], axis=0)
         self.box = np.stack([low, np.maximum(low, high)])
         self.margin = min(region.margin for region in regions)
+        self.radius = min(region.radius for region in regions)
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -48,7 +50,7 @@ class Without(Region):
 
     def __init__(self, region: Region, others: Sequence[Region]) -> None:
         self._region, self._others = region, Regions(others)
-        self.box, self.margin = region.box, region.margin
+        self.box, self.margin, self.radius = region.box, region.margin, region.radius
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -61,7 +63,7 @@ class Cleared(Region):
 
     def __init__(self, region: Region, strips: Sequence[Strip]) -> None:
         self._region, self._strips = region, tuple(strips)
-        self.box, self.margin = region.box, region.margin
+        self.box, self.margin, self.radius = region.box, region.margin, region.radius
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""
@@ -88,7 +90,7 @@ class Corner(Region):
     def __init__(
         self, centre: FloatArray, radius: float, contacts: FloatArray, tip: FloatArray, margins: FloatArray
     ) -> None:
-        self._centre, self._radius, self._contacts = centre, radius, contacts
+        self._centre, self.radius, self._contacts = centre, radius, contacts
         self.margin = float(margins.max())
         walls = np.cross(contacts, np.roll(contacts, -1, axis=0))
         walls *= np.sign(walls @ contacts.sum(axis=0))[:, None]
@@ -103,10 +105,10 @@ class Corner(Region):
         """Values (N,) and gradients (N, 3)."""
         away = points - self._centre
         length = np.linalg.norm(away, axis=1)
-        value = length - self._radius
+        value = length - self.radius
         gradient = away / np.where(length > 0, length, 1.0)[:, None]
         within = away @ self._walls.T
-        within[within > -SLACK * self._radius] = np.inf
+        within[within > -SLACK * self.radius] = np.inf
         below = self._heights - away @ self._contacts.T
         for parts, slopes in ((within, self._walls), (below, -self._contacts)):
             which = parts.argmin(axis=1)
@@ -137,6 +139,8 @@ class Regions(Implicit):
         self._others = [number for number, region in enumerate(regions) if not isinstance(region, Trimmed)]
         self._trimmed = [region for region in regions if isinstance(region, Trimmed)]
         self.spacing = float(self._margins.min()) / SPACINGS
+        radius = min(region.radius for region in regions)
+        self.radius = radius if math.isfinite(radius) else None
         self.bounds = np.stack([self._boxes[:, 0].min(axis=0), self._boxes[:, 1].max(axis=0)])
 
     def __call__(self, points: ArrayLike) -> FloatArray:

@@ -5,6 +5,7 @@ The length of a chamfer is how far it begins from the edge on a face, straight a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -113,7 +114,7 @@ class Flat(Region):
     """
 
     def __init__(self, points: FloatArray, tip: FloatArray, supports: Sequence[Support], margin: float) -> None:
-        self.point, self._supports, self.margin = points[0], tuple(supports), margin
+        self.point, self._supports, self.margin, self.radius = points[0], tuple(supports), margin, math.inf
         normal = np.cross(points[1] - points[0], points[2] - points[0])
         normal *= np.sign(normal @ (tip - points[0]))
         self.normal = normal / np.linalg.norm(normal)

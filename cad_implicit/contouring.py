@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .booleans import Boolean
-from .cut_corners import allowed
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import EmptyResultError, GeometryWarning, SpacingError, tell
@@ -98,8 +97,7 @@ def contour(
         return cast("LocalBlend", shape).mesh(threads=threads, progress=progress)
     bounded = _cheapest(shape)
     polish = partial(polished, bounded) if hasattr(bounded, "polished") else None
-    far = allowed(h, bounded.radius)
-    mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish, far=far)
+    mesh = dual_contour(bounded, h, threads=threads, progress=progress, polish=polish)
     if part is None:
         return mesh
     tell(_NOT_JOINED)

@@ -7,14 +7,12 @@ leaves a sixteenth of the sagitta.
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .implicit import FloatArray
-from .kernels.intersections import intersecting
 
 Faces = NDArray[np.int32]
 
@@ -27,9 +25,6 @@ Project = Callable[[FloatArray, FloatArray, bool], tuple[FloatArray, NDArray[np.
 _SAGITTA = 0.012
 _PASSES = 2
 
-#: Tries to split only where no triangles run through others for it; then nothing is split. Not tuned.
-_TRIES = 6
-
 #: Largest sagitta, of the edge's length: a sixth of a circle.
 _STEEPEST = 0.134
 
@@ -40,13 +35,8 @@ _SHARP = 0.9
 _SAME_SIDE = 0.7
 
 
-def refine_creases(
-    vertices: FloatArray,
-    faces: Faces,
-    sharp: NDArray[np.bool_],
-    project: Project,
-    spacing: float,
-    threads: Callable[[int], AbstractContextManager[None]],
+def refined_creases(
+    vertices: FloatArray, faces: Faces, sharp: NDArray[np.bool_], project: Project, spacing: float
 ) -> tuple[FloatArray, Faces]:
     """Split edges on curved creases.
 
@@ -61,37 +51,13 @@ def refine_creases(
         Moves points onto the crease.
     spacing : float
         Of the grid, in mm.
-    threads : callable
-        Gives the context of parallel kernels over so many items.
 
     Returns
     -------
     vertices : (N, 3) float64
         The given ones come first.
     faces : (M, 3) int32
-        Closed too, and no triangle runs through another that did not before: nothing is split around those.
     """
-    for _ in range(_TRIES):
-        points, triangles = _refined(vertices, faces, sharp, project, spacing)
-        if len(points) == len(vertices):
-            return vertices, faces
-        with threads(len(triangles)):
-            tangled = intersecting(points, triangles, spacing)
-        new = np.zeros(len(points), np.bool_)
-        new[triangles[tangled]] = True
-        new[: len(vertices)] = False
-        if not new.any():
-            return points, triangles
-        around = triangles[new[triangles].any(axis=1)]
-        sharp = sharp.copy()
-        sharp[around[around < len(vertices)]] = False
-    return vertices, faces
-
-
-def _refined(
-    vertices: FloatArray, faces: Faces, sharp: NDArray[np.bool_], project: Project, spacing: float
-) -> tuple[FloatArray, Faces]:
-    """Vertices and faces with more of them on curved creases."""
     points, triangles, old = vertices, faces, len(vertices)
     normals = [np.zeros((0, 2, 3))]
     fresh = np.ones(old, np.bool_)

@@ -19,19 +19,13 @@ from numpy.typing import NDArray
 from . import parallel
 from .creases import Edges, split_edges
 from .dents import without_dents
-from .implicit import FloatArray
+from .implicit import Evaluate, FloatArray
 from .kernels.intersections import intersecting
 from .mesh import Mesh
 from .missed_creases import beside_ends, next_crease, onto_crease, paired_edges, snapped, unfolded, units
-from .seam_polish import Evaluate
 
-#: Edges are split if their middle is farther than this from the surface, in spacings; vertices that are move. Facets of
-#: a blend of six spacings are off by half of that.
+#: Edges are split if their middle is farther than this from the surface, in spacings; vertices that are move.
 FAR = 0.05
-
-#: Facets of wider spacings are off by more, and forgiven this share of the spacing's square over the radius'. (At four
-#: spacings to a radius, runs with 0.05 took 1.7 times as long, and errors fell by a third.)
-_FACETS = 1.6
 
 #: Middles are looked at if the triangles beside the edge turn by more than 3 degrees (cosine).
 _FLAT = 0.9986
@@ -44,7 +38,7 @@ _SHARP = 0.985
 _ON = 5e-3
 _AWAY = 0.75
 
-#: A new vertex that is nearer than this to an end, in spacings, is of no use.
+#: A new vertex that is nearer than this to an end, or to the vertices across, in spacings, is of no use.
 _APART = 0.1
 
 #: A split leaves shorter edges that may be off, too. Of 300 edges of a gear six were left after six passes.
@@ -61,11 +55,6 @@ _NEWTON, _POLISH = 4, 2
 
 #: Tries without what makes triangles run through each other.
 _TRIES = 6
-
-
-def allowed(spacing: float, radius: float | None) -> float:
-    """How far middles of edges may be off, in spacings, at a spacing and a radius of blends in mm."""
-    return FAR if radius is None else max(FAR, _FACETS * (spacing / radius) ** 2)
 
 
 def mend_corners(
@@ -179,6 +168,9 @@ class _Run:
     def split(self, mesh: Mesh, edges: Edges, way: int) -> Mesh:
         """Split edges as far as nothing folds or meets: at the crease next to one or the other end, or midway."""
         point, good = self._new_vertices(mesh.vertices[edges.ends], way)
+        across = mesh.faces[edges.triangle, (edges.corner + 2) % 3]
+        away = np.linalg.norm(point[:, None] - mesh.vertices[across], axis=2).min(axis=1)
+        good &= away > _APART * self.spacing
         edges, point = edges.some(good), point[good]
         for _ in range(_TRIES):
             rows = np.flatnonzero(unfolded(mesh, edges, np.arange(len(point)), point, self.rough))

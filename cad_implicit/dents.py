@@ -12,10 +12,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from .implicit import FloatArray
+from .implicit import Evaluate, FloatArray
 from .mesh import IntArray, Mesh
 from .missed_creases import units
-from .seam_polish import Evaluate
 
 #: Rings of triangles around a dent that are taken away with it, at most.
 _RINGS = 5

@@ -11,7 +11,6 @@ Promised: the mesh is closed, oriented outward and 2-manifold, whatever the func
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -21,14 +20,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import parallel
-from .creases import refine_creases
 from .cut_corners import FAR, mend_corners
-from .implicit import FloatArray, Implicit
+from .implicit import Evaluate, FloatArray, Implicit
 from .kernels import bricks as brick_kernels
-from .kernels import crossings, flat, hermite, projection, qef, slivers
+from .kernels import crossings, flat, hermite, qef, slivers
 from .kernels import dual_contour as mesh_kernels
 from .mesh import Mesh
 from .parallel import Progress, no_progress
+from .projecting import Projector
+from .refining import refine
 from .regions import Region
 from .sparse import PLANE_TOLERANCE, Bricks, sample_bricks
 from .surface_cells import Cells, find_cells
@@ -36,7 +36,6 @@ from .untangling import Pieces, triangulate
 from .vertex_names import Names, names_of
 
 Faces = NDArray[np.int32]
-Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 #: Points evaluated at a time, so that a cancelled run ends soon and memory stays bounded.
 _BATCH = 1 << 19
@@ -50,26 +49,6 @@ _ROOT_TOLERANCE = 1e-3
 #: off by 0.005 spacings, with 0.01).
 _DRAFT_ROOT_TOLERANCE = 0.003
 _ROOT_ROUNDS = 40
-
-#: A smooth vertex that moved by less, in spacings, is on the surface: Newton's error is about half the square of
-#: the step over the radius of curvature.
-_SMOOTH_TOLERANCE = 0.01
-_SMOOTH_ROUNDS = 4
-
-#: A sharp vertex that moved by less, in spacings, is on its crease: straight ones at the first step, curved ones after
-#: another look from nearby.
-_SHARP_TOLERANCE = 1e-5
-_SHARP_ROUNDS = 6
-
-#: Looks at sharp vertices with polished values, from where rough ones have moved them.
-_POLISH_ROUNDS = 2
-
-#: A sharp vertex farther than this from the surface, in spacings, is moved onto it: on the ridge of a fillet around a
-#: corner of 90 degrees they were off by up to 0.024 spacings.
-_SHARP_OFF = 5e-4
-
-#: Farthest that a vertex may be moved, in spacings.
-_REACH = 0.5
 
 
 def dual_contour(
@@ -180,6 +159,7 @@ class _Run:
         self.draft = draft
         self.far = far
         self.look = polish or implicit.value_and_gradient
+        self.projector = Projector(implicit.value_and_gradient, self.look, bricks.spacing, self.kernels, self.evaluate)
 
     def evaluate(
         self, points: FloatArray, function: Evaluate, stage: str, done: float = 0.0
@@ -266,13 +246,10 @@ class _Run:
                 cells.cells, *cells.tables, *cells.edge_lookup, b.neighbours, cells.flat, foot, normal,
                 2 * PLANE_TOLERANCE * b.spacing, directions,
             )  # fmt: skip
-        sharp = (position, mass, rank, planes, foot, normal)
-        self._project_sharp(*sharp, self.implicit.value_and_gradient, _SHARP_ROUNDS)
-        if self.look != self.implicit.value_and_gradient:
-            self._project_sharp(*sharp, self.look, _POLISH_ROUNDS)
+        self.projector.onto_creases(position, mass, rank, planes, foot, normal)
         if not self.draft:
-            self._settle_sharp(position, np.flatnonzero(rank > 1))
-            self._project_smooth(position, mass, rank, is_flat, directions)
+            self.projector.settle(position, np.flatnonzero(rank > 1))
+            self.projector.smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
         return _Vertices(position, rank, directions, quads, whole, between)
 
@@ -294,75 +271,6 @@ class _Run:
             between[edge, here.argmax(axis=1)] = number
         return between, foot[pairs].mean(axis=1)
 
-    def _project_sharp(
-        self,
-        position: FloatArray,
-        mass: FloatArray,
-        rank: NDArray[np.int8],
-        planes: NDArray[np.int32],
-        foot: FloatArray,
-        normal: FloatArray,
-        look: Evaluate,
-        rounds: int,
-    ) -> None:
-        """Move sharp vertices onto the crease; those that are not sharp become smooth (rank 1)."""
-        h = self.bricks.spacing
-        start, last_step = position.copy(), np.full(len(position), np.inf)
-        pending = np.flatnonzero(rank > 1)
-        for number in range(rounds):
-            if len(pending) == 0:
-                break
-            with self.kernels(len(pending)):
-                probes = projection.probe_points(pending, position, rank, planes, foot, normal, last_step, h)
-            used = np.ones((len(pending), 3), np.bool_)
-            used[:, 2] = rank[pending] == 3
-            f, gradient = np.zeros((len(pending), 3)), np.zeros((len(pending), 3, 3))
-            f[used], gradient[used] = self.evaluate(probes[used], look, "vertices", 0.05 * number)
-            with self.kernels(len(pending)):
-                outcome = projection.step_sharp(
-                    pending, probes, f, gradient, start, _REACH * h, _SHARP_TOLERANCE * h, rank, last_step, position
-                )
-            blunt = pending[outcome == 2]
-            rank[blunt], position[blunt] = 1, mass[blunt]
-            pending = pending[outcome == 1]
-
-    def _settle_sharp(self, position: FloatArray, vertices: NDArray[np.intp]) -> None:
-        """Move sharp vertices that are not on the surface there: narrow ridges look sharp, but are round."""
-        h = self.bricks.spacing
-        start, ignored = position.copy(), np.zeros_like(position)
-        for _ in range(_SMOOTH_ROUNDS):
-            f, gradient = self.evaluate(position[vertices], self.look, "vertices", 0.45)
-            off = np.flatnonzero(np.abs(f) > _SHARP_OFF * h)
-            if len(off) == 0:
-                break
-            vertices, reach = vertices[off], _REACH * h
-            points = position[vertices]
-            with self.kernels(len(off)):
-                projection.step_smooth(vertices, points, f[off], gradient[off], start, reach, h, position, ignored)
-
-    def _project_smooth(
-        self,
-        position: FloatArray,
-        mass: FloatArray,
-        rank: NDArray[np.int8],
-        is_flat: NDArray[np.bool_],
-        directions: FloatArray,
-    ) -> None:
-        """Newton steps onto the surface; ``directions`` gets the normals of the smooth vertices."""
-        h = self.bricks.spacing
-        start = position.copy()
-        pending = np.flatnonzero((rank == 1) & ~is_flat)
-        for number in range(_SMOOTH_ROUNDS):
-            if len(pending) == 0:
-                break
-            points = position[pending]
-            f, gradient = self.evaluate(points, self.look, "vertices", 0.5 + 0.1 * number)
-            with self.kernels(len(pending)):
-                again = projection.step_smooth(
-                    pending, points, f, gradient, start, _REACH * h, _SMOOTH_TOLERANCE * h, position, directions
-                )
-            pending = pending[again]
-
     def mesh(
         self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices
     ) -> tuple[FloatArray, Faces, Names]:
@@ -374,8 +282,8 @@ class _Run:
                 faces, _ = mesh_kernels.triangles(v.quads[v.whole], normal[v.whole], v.normal, v.position, v.rank)
             return v.position, faces, np.zeros(0, np.int64)
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.whole, v.between)
-        position, faces, sharp, origin = triangulate(pieces, self.kernels)
-        position, faces = refine_creases(position, faces, sharp, self._onto_crease, self.bricks.spacing, self.kernels)
+        position, faces, normals, rank, origin = triangulate(pieces, self.kernels)
+        position, faces = refine(position, faces, normals, rank, self.projector, self.implicit.radius, self.kernels)
         rough, look = (
             partial(self.evaluate, function=f, stage="triangles", done=0.5)
             for f in (self.implicit.value_and_gradient, self.look)
@@ -385,16 +293,3 @@ class _Run:
         names = names_of(cells, self.bricks.blocks, origin, len(v.position), len(mesh.vertices))
         position, faces, kept = slivers.compact(mesh.vertices, mesh.faces)
         return position, faces, names[kept]
-
-    def _onto_crease(
-        self, points: FloatArray, normals: FloatArray, exactly: bool
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Move points onto the crease between faces of given normals (N, 2, 3); tell which ones could be."""
-        moved, rank = points.copy(), np.full(len(points), 2, np.int8)
-        planes = np.arange(2 * len(points), dtype=np.int32).reshape(-1, 2)
-        look = self.look if exactly else self.implicit.value_and_gradient
-        rounds = _POLISH_ROUNDS if exactly else _SHARP_ROUNDS
-        self._project_sharp(moved, points, rank, planes, points, normals.reshape(-1, 3), look, rounds)
-        if exactly:
-            self._settle_sharp(moved, np.flatnonzero(rank == 2))
-        return moved, rank == 2

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+#: Maps points (N, 3) to values (N,) and gradients (N, 3).
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
 #: What :meth:`Implicit.affine_within` gives.
 Affine = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
 

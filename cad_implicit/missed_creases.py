@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from . import parallel
 from .creases import Edges, split_edges
-from .implicit import FloatArray
+from .implicit import Evaluate, FloatArray
 from .kernels.intersections import intersecting
 from .mesh import Mesh
-from .seam_polish import Evaluate, Looks, follow
+from .seam_polish import Looks, follow
 
 #: Faces whose normals differ by less than this cosine (25 degrees) have no crease between them.
 _SHARP = 0.9

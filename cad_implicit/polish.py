@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parallel
-from .implicit import FloatArray
-from .kernels import halfspaces
+from .implicit import Evaluate, FloatArray
+from .kernels import ball_steps, halfspaces
 
 #: Half-spaces kept for each centre: three hold it; over the rim of a hole it needs some more to choose from.
 _PLANES = 8
@@ -74,8 +74,6 @@ _AGAIN = 0.05
 
 #: Largest multiple of the last move by which the secant method may extrapolate.
 _FARTHEST = 10.0
-
-Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def polish_centres(
@@ -180,24 +178,59 @@ class _Problem:
         #: … and the half-spaces that hold it.
         self.best_normals, self.best_offsets = np.zeros((count, 3, 3)), np.zeros((count, 3))
         self.best_count = np.zeros(count, np.int64)
-        everything = np.arange(count)
-        self._look(everything)
-        self.goal, _ = self._project(everything)
+        self._look(np.arange(count), centres, np.ones(count, np.bool_))
 
     def advance(self, which: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Step towards the goals and look; returns what is not settled yet."""
-        step = self.goal[which] - self.base[which]
-        length = np.linalg.norm(step, axis=1)
-        arrived = length <= self.step
-        step *= np.minimum(1, self.step / np.maximum(length, 1e-300))[:, None]
-        self.place[which] = self.base[which] + step
-        near = np.linalg.norm(self.place[which], axis=1) <= self.reach
-        which, arrived = which[near], arrived[near]
-        new = self._look(which, arrived)
-        self.base[which[~new]] = self.place[which[~new]]
-        self.goal[which], mask = self._project(which)
+        """Step towards the goals and look; returns what is not settled yet.
+
+        Places that have arrived should fit; that they do is all that need be known.
+        """
+        near, arrived, points = ball_steps.step(
+            which, self.base, self.goal, self.step, self.reach, self.origin, self.radius, self.place
+        )
+        if not near.all():
+            which, arrived, points = which[near], arrived[near], points[near]
+        looks = np.ones(len(which), np.bool_)
+        if self.within is not None and arrived.any():
+            looks[arrived] = self.within(points[arrived], self.radius * (1 - self.cut))
+        mask = self._look(which, points, looks)
         self._refine(which[arrived], mask[arrived])
         return which[~self.settled[which]]
+
+    def _look(self, which: NDArray[np.intp], points: FloatArray, looks: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Measure how far balls are from the part, add the features that they cut into, and project.
+
+        Returns the bit masks of the planes that hold them.
+        """
+        row = np.where(looks, np.cumsum(looks) - 1, -1)
+        value, gradient = self.part(points[looks]) if looks.any() else (np.zeros(0), np.zeros((0, 3)))
+        with parallel.threads(self.threads, len(which)):
+            mask: NDArray[np.int64] = ball_steps.look(
+                which, row, value, gradient, self.radius, self.cut, self.same_normal, self.target, self.normals,
+                self.offsets, self.seen_from, self.counts, self.held, self.place, self.base, self.gap, self.goal,
+            )  # fmt: skip
+        return mask
+
+    def _refine(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
+        """Linearise what holds the centres anew and project again; settles those that this does not move.
+
+        Projections alone converge linearly where a spine is curved, because the half-spaces are flat. The secant
+        method for fixed points (Anderson 1965, DOI 10.1145/321296.321305) makes up for it.
+        """
+        query, plane, points = ball_steps.holding(
+            which, mask, self.normals, self.place, self.origin, self.radius, _LOOK_AHEAD
+        )
+        if len(query):
+            ball_steps.linearize(
+                query, plane, *self.part(points), self.radius, _LOOK_AHEAD, _SAME_FEATURE, self.normals, self.offsets,
+                self.seen_from, self.place,
+            )  # fmt: skip
+        with parallel.threads(self.threads, len(which)):
+            ball_steps.settle(
+                which, self.cut, self.close, self.fits, _FARTHEST, self.target, self.normals, self.offsets, self.counts,
+                self.place, self.gap, self.goal, self.before, self.before_goal, self.held, self.settled, self.best,
+                self.shortest, self.best_normals, self.best_offsets, self.best_count,
+            )  # fmt: skip
 
     def correct(self, which: NDArray[np.intp], better: Evaluate) -> None:
         """Linearise what holds the centres by better values and project anew."""
@@ -219,93 +252,10 @@ class _Problem:
                 )
             which = which[np.linalg.norm(self.best[which] - before, axis=1) > self.again]
 
-    def _keep_planes(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
-        """Remember the half-spaces that hold the best places."""
-        bits = (np.maximum(mask, 0)[:, None] >> np.arange(_PLANES)) & 1
-        row, plane = np.nonzero(bits)
-        slot = (np.cumsum(bits, axis=1) - 1)[row, plane]
-        self.best_count[which] = bits.sum(axis=1)
-        query = which[row]
-        self.best_normals[query, slot], self.best_offsets[query, slot] = (
-            self.normals[query, plane], self.offsets[query, plane],
-        )  # fmt: skip
-
-    def _look(self, which: NDArray[np.intp], arrived: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
-        """Measure how far the balls are from the part; returns which ones cut into a new feature, and adds it.
-
-        Those that have arrived should fit; that they do is all that need be known.
-        """
-        if arrived is not None and self.within is not None and arrived.any():
-            places = self.origin[which[arrived]] + self.radius * self.place[which[arrived]]
-            look = ~arrived
-            look[arrived] = self.within(places, self.radius * (1 - self.cut))
-            self.gap[which] = 0.0
-            new = np.zeros(len(which), np.bool_)
-            new[look] = self._look(which[look])
-            return new
-        normal, offset = self._half_spaces(which, self.place[which])
-        self.gap[which] = (normal * self.place[which]).sum(axis=1) - offset
-        new = np.zeros(len(which), np.bool_)
-        cuts = (self.gap[which] < -self.cut) | (self.counts[which] == 0)
-        with parallel.threads(self.threads, len(which)):
-            new[cuts] = halfspaces.add_planes(
-                self.normals, self.offsets, self.seen_from, self.counts, which[cuts], normal[cuts], offset[cuts],
-                self.place, self.held, self.same_normal,
-            )  # fmt: skip
-        return new
-
-    def _refine(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
-        """Linearise what holds the centres anew and project again; settles those that this does not move.
-
-        Projections alone converge linearly where a spine is curved, because the half-spaces are flat. The secant
-        method for fixed points (Anderson 1965, DOI 10.1145/321296.321305) makes up for it.
-        """
-        self._look_again(which, mask)
-        place = self.place[which]
-        goal, mask = self._project(which)
-        moved = goal - place
-        length = np.linalg.norm(self.target[which] - place, axis=1)
-        shorter = length - np.linalg.norm(self.target[which] - goal, axis=1)
-        fits = self.gap[which] >= -self.cut
-        settled = fits & (np.abs(shorter) <= self.close) & (mask > 0)
-        self.settled[which] = settled
-        change = moved - (self.before_goal[which] - self.before[which])
-        share = (change * moved).sum(axis=1) / np.maximum((change * change).sum(axis=1), 1e-300)
-        usable = (share > -_FARTHEST) & (share < 1) & (mask == self.held[which])
-        share = np.where(usable, share, 0.0)[:, None]
-        faster = goal - share * np.where(usable[:, None], goal - self.before_goal[which], 0.0)
-        self.before[which], self.before_goal[which], self.held[which] = place, goal, mask
-        self.goal[which] = faster
-        # Depth counts as much as the distance it might save.
-        length += np.maximum(-self.gap[which], 0)
-        better = settled | ((self.gap[which] >= -self.fits) & (length < self.shortest[which]))
-        self.shortest[which[better]] = length[better]
-        self.best[which[better]] = np.where(settled[:, None], goal, place)[better]
-        self._keep_planes(which[better], mask[better])
-
-    def _project(self, which: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Nearest points of the half-spaces, and the bit masks of those that hold them."""
-        with parallel.threads(self.threads, len(which)):
-            goal, mask = halfspaces.nearest_feasible_many(
-                which, self.target, self.normals, self.offsets, self.counts, self.place
-            )
-        return goal, mask
-
     def _half_spaces(
-        self, which: NDArray[np.intp], places: FloatArray, look: Evaluate | None = None
+        self, which: NDArray[np.intp], places: FloatArray, look: Evaluate
     ) -> tuple[FloatArray, FloatArray]:
         """Give normals and offsets of the features nearest to some places."""
-        value, gradient = (look or self.part)(self.origin[which] + self.radius * places)
+        value, gradient = look(self.origin[which] + self.radius * places)
         normal = -gradient
         return normal, 1 + value / self.radius + (normal * places).sum(axis=1)
-
-    def _look_again(self, which: NDArray[np.intp], mask: NDArray[np.int64]) -> None:
-        """Linearise the half-spaces that hold centres anew, seen from nearby."""
-        row, plane = np.nonzero((mask[:, None] >> np.arange(_PLANES)) & 1 * (mask > 0)[:, None])
-        query = which[row]
-        old = self.normals[query, plane]
-        normal, offset = self._half_spaces(query, self.place[query] - _LOOK_AHEAD * old)
-        same = (normal * old).sum(axis=1) > _SAME_FEATURE
-        query, plane = query[same], plane[same]
-        self.normals[query, plane], self.offsets[query, plane] = normal[same], offset[same]
-        self.seen_from[query, plane] = self.place[query]

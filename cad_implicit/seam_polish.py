@@ -11,16 +11,14 @@ Not promised: where surfaces touch each other, the vertex may be anywhere along 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .implicit import FloatArray
+from .implicit import Evaluate, FloatArray
 from .mesh import Mesh
-
-Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 #: Nearest and farthest looks beside a vertex, in spacings: far enough to tell creases from curvature, then as near as
 #: the last step was long (as for sharp vertices of dual contours).

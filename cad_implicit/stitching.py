@@ -19,16 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parallel
+from .cut_corners import FAR
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import CadImplicitError, EmptyResultError, SpacingError
-from .implicit import FloatArray, Implicit, polished
+from .implicit import Evaluate, FloatArray, Implicit, polished
 from .kernels import seams, slivers
 from .kernels.intersections import intersecting
 from .mesh import Mesh
 from .missed_creases import split_at_creases
 from .parallel import Progress, no_progress
-from .seam_polish import Evaluate, Facets, polish_seams
+from .seam_polish import Facets, polish_seams
 from .sizing import positive
 
 #: Shapes that fall between the nodes are contoured again at half the spacing, so many times.
@@ -53,7 +54,8 @@ _NUDGE = (1.7e-7, -2.3e-7, 1.1e-7)
 #: coincide; the thickest seen had 0.02.
 _CRUMB = 0.05
 
-#: Edges of blends farther off than this, in spacings, are split; facets at four spacings to a radius are off by 0.06.
+#: Edges of rounds farther off than this, in spacings, are split. (With 0.05 some errors were half as large, but where
+#: two cylinders of one radius cross the seams missed the blends' surfaces, and the solid was made of facets.)
 _FAR = 0.1
 
 #: Rounds in which vertices that make triangles run through each other go back to where facets cross.
@@ -126,7 +128,8 @@ def stitched(
 def _contoured(shape: Implicit, spacing: float, threads: int | None) -> Mesh:
     """Contour of a shape with all of its creases, finer if it is smaller than the cells."""
     own = min(spacing, shape.spacing or spacing)
-    contour = partial(dual_contour, shape, threads=threads, polish=getattr(shape, "polished", None), far=_FAR)
+    far = FAR if shape.radius is None else _FAR
+    contour = partial(dual_contour, shape, threads=threads, polish=getattr(shape, "polished", None), far=far)
     for halving in range(_HALVINGS + 1):
         try:
             return split_at_creases(contour(own), _look(shape), own, threads)

@@ -9,6 +9,7 @@ Not promised: values are no distances away from the blend.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -44,10 +45,13 @@ class Region(ABC):
         Lower and upper corner in mm of a box that holds its inside.
     margin : float
         How far in mm it goes beyond the part's surface.
+    radius : float
+        Of the blend in mm, the largest of it; infinite for a chamfer.
     """
 
     box: FloatArray
     margin: float
+    radius: float
 
     @abstractmethod
     def value_and_gradient(self, points: FloatArray) -> Pair:
@@ -113,6 +117,7 @@ class Strip(Region):
         corners: tuple[bool, bool] = (False, False),
     ) -> None:
         self.spine, self.margin = spine, margin
+        self.radius = float(spine.radius.max()) if spine.ball else math.inf
         touching = spine.touching()
         self._origins, self._reaches = spine.centres, spine.reaches
         directions = spine.tangents
@@ -223,7 +228,7 @@ class Trimmed(Region):
 
     def __init__(self, strip: Strip, cuts: Sequence[Cut]) -> None:
         self.strip, self.cuts = strip, tuple(cuts)
-        self.box, self.margin = strip.box, strip.margin
+        self.box, self.margin, self.radius = strip.box, strip.margin, strip.radius
 
     def value_and_gradient(self, points: FloatArray) -> Pair:
         """Values (N,) and gradients (N, 3)."""

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from .cut_corners import allowed
 from .dual import contoured
 from .errors import EmptyResultError
 from .implicit import FloatArray, Implicit, polished
@@ -142,7 +141,7 @@ def _piece(
     polish = partial(polished, shape) if hasattr(shape, "polished") else None
     options: Any = {"threads": threads, "progress": progress, "polish": polish, "region": region}
     try:
-        position, faces, names = contoured(shape, h, far=allowed(h, shape.radius), **options)
+        position, faces, names = contoured(shape, h, **options)
     except EmptyResultError:
         return None
     unnamed = names < 0

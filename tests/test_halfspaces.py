@@ -55,14 +55,13 @@ def test_no_point_gives_the_fallback() -> None:
 
 def test_planes_of_one_feature_replace_each_other() -> None:
     n, b, seen_from = np.zeros((1, 2, 3)), np.zeros((1, 2)), np.zeros((1, 2, 3))
-    count, row = np.zeros(1, np.int64), np.array([0])
+    count = np.zeros(1, np.int64)
 
     def add(normal: list[float], offset: float, place: list[float], held: int = -1) -> bool:
-        unit = np.array([normal]) / np.linalg.norm(normal)
-        new = halfspaces.add_planes(
-            n, b, seen_from, count, row, unit, np.array([offset]), np.array([place]), np.array([held]), 1e-6
+        unit = np.array(normal) / np.linalg.norm(normal)
+        return bool(
+            halfspaces.add_plane(n, b, seen_from, count, 0, unit, offset, np.array([place]), np.array([held]), 1e-6)
         )
-        return bool(new[0])
 
     assert add([0, 0, 1], 1.0, [0, 0, 0])
     assert not add([0.05, 0, 1], 0.9, [0.05, 0, 0])  # a point's normal turns as far as the place moves in radii
@@ -79,9 +78,8 @@ def test_planes_of_one_feature_replace_each_other() -> None:
 
 def test_planes_of_a_hollow_feature_hold_together() -> None:
     n, b, seen_from = np.zeros((1, 2, 3)), np.zeros((1, 2)), np.zeros((1, 2, 3))
-    count, row, none = np.zeros(1, np.int64), np.array([0]), np.array([-1])
+    count, none = np.zeros(1, np.int64), np.array([-1])
     for number, turn in enumerate([0.0, 0.05]):
-        unit, place = np.array([[np.sin(turn), 0, np.cos(turn)]]), np.array([[0.1 * number, 0, 0]])
-        new = halfspaces.add_planes(n, b, seen_from, count, row, unit, np.array([0.02 * number]), place, none, 1e-6)
-        assert new[0]
+        unit, place = np.array([np.sin(turn), 0, np.cos(turn)]), np.array([[0.1 * number, 0, 0]])
+        assert halfspaces.add_plane(n, b, seen_from, count, 0, unit, 0.02 * number, place, none, 1e-6)
     assert count[0] == 2

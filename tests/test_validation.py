@@ -36,7 +36,7 @@ def boss() -> Any:
 def sound() -> tuple[Any, Any]:
     """Outcome of a fillet, and the exact kernel's."""
     part = open_part(boss())
-    return run(part, "fillet", RADIUS, edges="concave", spacing=0.5), exact_truth(part, RADIUS, "fillet", "concave")
+    return run(part, "fillet", RADIUS, edges="concave", spacing=0.4), exact_truth(part, RADIUS, "fillet", "concave")
 
 
 def judged(mesh: Mesh, sound: tuple[Any, Any]) -> Any:
@@ -58,7 +58,7 @@ def test_a_sound_fillet_passes_with_its_error(sound: tuple[Any, Any]) -> None:
 
 
 def test_a_radius_off_by_five_per_cent_is_caught(sound: tuple[Any, Any]) -> None:
-    wrong = run(open_part(boss()), "fillet", 1.05 * RADIUS, edges="concave", spacing=0.5)
+    wrong = run(open_part(boss()), "fillet", 1.05 * RADIUS, edges="concave", spacing=0.4)
     assert not judged(wrong.mesh, sound).passed
 
 

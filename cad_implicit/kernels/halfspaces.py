@@ -113,42 +113,39 @@ def nearest_feasible_many(which, x, n, b, count, fallback):
     return y, mask
 
 
-@parallel_jit
-def add_planes(n, b, seen_from, count, which, normal, offset, place, held, same_normal):
-    """Add to the set of each row ``which`` the plane that its ``place (N, 3)`` gave, lengths in radii.
+@jit
+def add_plane(n, b, seen_from, count, k, normal, offset, place, held, same_normal):
+    """Add to the set of row ``k`` the plane that its ``place (N, 3)`` gave, lengths in radii; tells whether it is new.
 
     It replaces the one of the same convex feature: the normal turns by no more than the place moves in radii, and the
     older plane cuts off more than the feature does; those of a concave one hold together. Or the one whose normal is
     within ``same_normal``. Else, if the set is full, it replaces the slackest of those that are not in the mask
-    ``held (N,)``. Returns which ones are new.
+    ``held (N,)``.
     """
-    new = np.zeros(len(which), np.bool_)
-    for q in numba.prange(len(which)):
-        k = which[q]
-        put, slack, slackest = -1, -math.inf, 0
-        best = math.inf
-        gap = -offset[q]
+    put, slack, slackest = -1, -math.inf, 0
+    best = math.inf
+    gap = -offset
+    for d in range(3):
+        gap += normal[d] * place[k, d]
+    for i in range(count[k]):
+        turned, moved, reach = 0.0, 0.0, -b[k, i]
         for d in range(3):
-            gap += normal[q, d] * place[k, d]
-        for i in range(count[k]):
-            turned, moved, reach = 0.0, 0.0, -b[k, i]
-            for d in range(3):
-                turned += (n[k, i, d] - normal[q, d]) ** 2
-                moved += (seen_from[k, i, d] - place[k, d]) ** 2
-                reach += n[k, i, d] * place[k, d]
-            stale = reach <= gap + _FEASIBLE and turned <= _SAME_TURN**2 * moved
-            if turned < best and (stale or turned <= same_normal**2):
-                best, put = turned, i
-            if reach > slack and (held[k] < 0 or not (held[k] >> i) & 1):
-                slack, slackest = reach, i
-        if put < 0:
-            new[q] = True
-            if count[k] < b.shape[1]:
-                put = count[k]
-                count[k] += 1
-            else:
-                put = slackest
-        n[k, put] = normal[q]
-        seen_from[k, put] = place[k]
-        b[k, put] = offset[q]
+            turned += (n[k, i, d] - normal[d]) ** 2
+            moved += (seen_from[k, i, d] - place[k, d]) ** 2
+            reach += n[k, i, d] * place[k, d]
+        stale = reach <= gap + _FEASIBLE and turned <= _SAME_TURN**2 * moved
+        if turned < best and (stale or turned <= same_normal**2):
+            best, put = turned, i
+        if reach > slack and (held[k] < 0 or not (held[k] >> i) & 1):
+            slack, slackest = reach, i
+    new = put < 0
+    if new:
+        if count[k] < b.shape[1]:
+            put = count[k]
+            count[k] += 1
+        else:
+            put = slackest
+    n[k, put] = normal
+    seen_from[k, put] = place[k]
+    b[k, put] = offset
     return new

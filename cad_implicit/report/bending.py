@@ -21,7 +21,7 @@ from cad_implicit.mesh import Mesh
 from .judges import unit
 
 #: Vertices farther than so many spacings from the part are on blends.
-_OFF = 0.02
+_OFF = 2e-4
 
 #: Vertices that are looked at of either kind, and the neighbourhood in radii.
 _SAMPLES = 300

@@ -1,6 +1,6 @@
-"""Closings and openings by a ball, by this package and by others, with one signature: mesh, radius, spacing -> mesh.
+"""Closings and openings by a ball, and smoothings, by this package and by others: mesh, radius, spacing -> mesh.
 
-The time to bring arrays into a library's own mesh is not counted.
+A smoothing is an opening and then a closing. The time to bring arrays into a library's own mesh is not counted.
 """
 
 from __future__ import annotations
@@ -17,10 +17,13 @@ from numpy.typing import NDArray
 from cad_implicit import Grid, Mesh, run
 from cad_implicit.distance import sample_distance
 
-Operation = Literal["fillet", "round"]
+Operation = Literal["fillet", "round", "smooth"]
 
 #: Part, radius and spacing in mm -> result, seconds.
 Method = Callable[[Mesh, float, float, Operation], tuple[Mesh, float]]
+
+#: Offsets that each operation is made of, in radii.
+_OFFSETS = {"fillet": (1, -1), "round": (-1, 1), "smooth": (-1, 2, -1)}
 
 #: Spacings of air around a part, besides the radius.
 _MARGIN = 4
@@ -45,24 +48,18 @@ def _meshlib(sharp: bool) -> Method:
         from meshlib import mrmeshnumpy, mrmeshpy
 
         part = mrmeshnumpy.meshFromFacesVerts(mesh.faces, mesh.vertices.astype(np.float32))
-        first = radius if operation == "fillet" else -radius
         # the default takes cavities for solid
         modes = mrmeshpy.SignDetectionMode
-        mode = modes.OpenVDB if operation == "fillet" else modes.ProjectionNormal
+        mode = modes.ProjectionNormal if operation == "round" else modes.OpenVDB
         start = time.perf_counter()
-        if sharp:
-            options = mrmeshpy.SharpOffsetParameters()
-            options.voxelSize, options.signDetectionMode = spacing, mode
-            between = mrmeshpy.sharpOffsetMesh(mrmeshpy.MeshPart(part), first, options)
-            result = mrmeshpy.sharpOffsetMesh(mrmeshpy.MeshPart(between), -first, options)
+        options = mrmeshpy.SharpOffsetParameters() if sharp else mrmeshpy.OffsetParameters()
+        options.voxelSize, options.signDetectionMode = spacing, mode
+        if operation == "fillet" and not sharp:
+            result = mrmeshpy.doubleOffsetMesh(mrmeshpy.MeshPart(part), radius, -radius, options)
         else:
-            plain = mrmeshpy.OffsetParameters()
-            plain.voxelSize, plain.signDetectionMode = spacing, mode
-            if operation == "fillet":
-                result = mrmeshpy.doubleOffsetMesh(mrmeshpy.MeshPart(part), first, -first, plain)
-            else:
-                between = mrmeshpy.mcOffsetMesh(mrmeshpy.MeshPart(part), first, plain)
-                result = mrmeshpy.mcOffsetMesh(mrmeshpy.MeshPart(between), -first, plain)
+            result, offset = part, mrmeshpy.sharpOffsetMesh if sharp else mrmeshpy.mcOffsetMesh
+            for distance in _OFFSETS[operation]:
+                result = offset(mrmeshpy.MeshPart(result), distance * radius, options)
         seconds = time.perf_counter() - start
         return Mesh(mrmeshnumpy.getNumpyVerts(result), mrmeshnumpy.getNumpyFaces(result.topology)), seconds
 
@@ -76,27 +73,29 @@ def _manifold(mesh: Mesh, radius: float, spacing: float, operation: Operation) -
     part = Manifold(Mesh64(np.array(mesh.vertices), np.array(mesh.faces, np.uint64)))
     ball = Manifold.sphere(radius, _SEGMENTS)
     start = time.perf_counter()
-    if operation == "fillet":
-        result = part.minkowski_sum(ball).minkowski_difference(ball)
-    else:
-        result = part.minkowski_difference(ball).minkowski_sum(ball)
+    result = part
+    if operation != "fillet":
+        result = result.minkowski_difference(ball).minkowski_sum(ball)
+    if operation != "round":
+        result = result.minkowski_sum(ball).minkowski_difference(ball)
     raw = result.to_mesh64()
     seconds = time.perf_counter() - start
     return Mesh(np.array(raw.vert_properties)[:, :3], np.array(raw.tri_verts).astype(np.int64)), seconds
 
 
 def _fast_marching(mesh: Mesh, radius: float, spacing: float, operation: Operation) -> tuple[Mesh, float]:
-    """Do it by sampled distance, offset, fast marching (scikit-fmm), offset back, marching cubes."""
+    """Do it by sampled distance, offset, fast marching (scikit-fmm) before each further one, marching cubes."""
     import skfmm
     from skimage.measure import marching_cubes
 
     start = time.perf_counter()
     grid = Grid.cover(mesh.bounds, spacing, margin=radius + _MARGIN * spacing)
-    sign = 1.0 if operation == "fillet" else -1.0
-    values = sign * sample_distance(mesh, grid, band=radius + 2 * spacing).values.astype(np.float64)
-    grown = skfmm.distance(values + radius, dx=spacing)
-    back = sign * (np.asarray(grown) - radius)
-    vertices, faces, _, _ = marching_cubes(back, 0.0, spacing=(spacing,) * 3, gradient_direction="ascent")
+    values = sample_distance(mesh, grid, band=radius + 2 * spacing).values.astype(np.float64)
+    first, *others = _OFFSETS[operation]
+    values += first * radius
+    for distance in others:
+        values = np.asarray(skfmm.distance(values, dx=spacing)) + distance * radius
+    vertices, faces, _, _ = marching_cubes(values, 0.0, spacing=(spacing,) * 3, gradient_direction="ascent")
     seconds = time.perf_counter() - start
     return Mesh(vertices + grid.origin, faces.astype(np.int64)), seconds
 

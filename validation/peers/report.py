@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .methods import Operation
 from .running import PARTS, RADIUS
 
 Row = dict[str, Any]
@@ -16,6 +17,12 @@ Error = Literal["rms", "maximum"]
 
 #: The method that others are compared with, and the one whose speed ours is to be a multiple of.
 OURS, FASTEST = "cad_implicit", "MeshLib, sharp offset twice"
+
+
+#: What operations are called.
+OPERATIONS: dict[Operation, str] = {"fillet": "closing", "round": "opening", "smooth": "smoothing"}
+
+_STYLES: list[tuple[Operation, str, str]] = [("fillet", "full", "-"), ("round", "none", "--"), ("smooth", "left", ":")]
 
 
 def place(row: Row) -> tuple[str, str, int]:
@@ -78,7 +85,7 @@ def summary(rows: list[Row]) -> str:
         "|" + " --- |" * (2 + len(peers)),
     ]
     for part in PARTS:
-        for operation, name in (("fillet", "closing"), ("round", "opening")):
+        for operation, name in OPERATIONS.items():
             here = [row for row in rows if place(row)[:2] == (part, operation)]
             cells = [_factors(rows, [row for row in here if row["method"] == peer]) for peer in peers]
             if here:
@@ -117,7 +124,7 @@ def _verdict(rows: list[Row]) -> str:
 
 
 def plot(rows: list[Row], path: Path) -> None:
-    """Error against time, both logarithmic, a panel a part; closings filled, openings hollow."""
+    """Error against time, both logarithmic, a panel a part; closings filled, openings hollow, smoothings half."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -127,13 +134,13 @@ def plot(rows: list[Row], path: Path) -> None:
     names = list(dict.fromkeys(row["method"] for row in rows))
     for axis, part in zip(axes.flat, PARTS, strict=True):
         for number, name in enumerate(names):
-            for operation, fill in (("fillet", "full"), ("round", "none")):
+            for operation, fill, line in _STYLES:
                 own = [row for row in rows if row["method"] == name and place(row)[:2] == (part, operation)]
                 own = sorted((row for row in own if "rms" in row), key=lambda row: int(row["cells"]))
                 axis.loglog(
                     [row["seconds"] for row in own], [1e3 * row["rms"] for row in own], marker="o", color=f"C{number}",
                     fillstyle=fill, label=name if fill == "full" else None, markersize=6,
-                    linewidth=2 if name == OURS else 1, linestyle="-" if fill == "full" else "--",
+                    linewidth=2 if name == OURS else 1, linestyle=line,
                 )  # fmt: skip
         axis.set_title(part)
         axis.grid(alpha=0.3)
@@ -142,7 +149,7 @@ def plot(rows: list[Row], path: Path) -> None:
     for axis in axes[:, 0]:
         axis.set_ylabel("RMS error of the blend, µm")
     handles, labels = axes.flat[0].get_legend_handles_labels()
-    title = "filled: closing; hollow, dashed: opening; lower left is better"
+    title = "filled: closing; hollow, dashed: opening; half, dotted: smoothing; lower left is better"
     figure.legend(handles, labels, loc="outside lower center", ncols=3, title=title)
     figure.savefig(path, dpi=110)
     plt.close(figure)

@@ -41,7 +41,7 @@ def perform(part: str, operation: Operation, method: str, cells: int) -> dict[st
     import psutil
 
     case = PARTS[part]()
-    mesh = case.mesh if operation == "fillet" else shapes.cavity(case.mesh, 2.5 * RADIUS)
+    mesh = shapes.cavity(case.mesh, 2.5 * RADIUS) if operation == "round" else case.mesh
     work, h = methods()[method], RADIUS / cells
     work(mesh, RADIUS, RADIUS / 2.5, operation)  # so that all is loaded
     before = psutil.Process().memory_info().rss
@@ -54,7 +54,8 @@ def perform(part: str, operation: Operation, method: str, cells: int) -> dict[st
         used.append(time.process_time() - start)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - before
     blend = distances(result, shapes.placed(case.blend_samples()))
-    sharp = distances(result, cases._sharp_samples(case, RADIUS / CELLS[-1]))
+    edges = cases._sharp_samples(case, RADIUS / CELLS[-1]) if operation != "smooth" else np.zeros((0, 3))
+    sharp = distances(result, edges)
     return {
         "seconds": min(times),
         "processor": min(used),

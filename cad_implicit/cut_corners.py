@@ -95,7 +95,7 @@ def mend_corners(
         edges = run.off(patch, _bent(patch)) if stuck == 0 else edges
         if len(edges.ends) == 0 or stuck == _WAYS:
             break
-    patch = without_dents(patch, edges.ends, look, spacing, far * spacing, run.tangled)
+    patch = without_dents(patch, edges.ends, rough, look, spacing, far * spacing, run.tangled)
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
 
 

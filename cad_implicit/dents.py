@@ -7,7 +7,7 @@ plane, so that a cone from there over a loop on the faces lies on them, if the l
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ _RANK = 0.1
 #: The tip of a cone is nearer than so many spacings to the dent.
 _AWAY = 2.0
 
+#: Quick values are off by up to so many spacings: what they tell to be off by more is not looked at exactly.
+_DOUBT = 0.1
+
 #: Looks at the faces from a tip found so far.
 _ROUNDS = 3
 
@@ -39,6 +42,7 @@ _ROUNDS = 3
 def without_dents(
     mesh: Mesh,
     dents: NDArray[np.int64],
+    rough: Evaluate,
     look: Evaluate,
     spacing: float,
     limit: float,
@@ -51,8 +55,8 @@ def without_dents(
     mesh : Mesh
     dents : (N, 2) int64
         Ends of edges whose middles are off the surface.
-    look : callable
-        Maps points (N, 3) to values (N,) and gradients (N, 3).
+    rough, look : callable
+        Map points (N, 3) to values (N,) and gradients (N, 3): quickly, and exactly.
     spacing : float
         In mm.
     limit : float
@@ -65,12 +69,13 @@ def without_dents(
     Mesh
         New vertices come last; vertices that were taken away are of no triangle.
     """
+    ways = ((rough, limit + _DOUBT * spacing), (look, limit))
     for ends in dents[:_MOST]:
         own = np.isin(mesh.faces, ends).sum(axis=1) == 2
         dent = mesh.vertices[ends].mean(axis=0)
         for _ in range(_RINGS):
             if own.any():
-                closed = _closed(mesh, own, dent, look, (_AWAY * spacing, limit))
+                closed = _closed(mesh, own, dent, ways, _AWAY * spacing)
                 new = len(mesh.vertices)
                 if closed is not None and not tangled(closed)[closed.faces[(closed.faces == new).any(axis=1)]].any():
                     mesh = closed
@@ -80,21 +85,30 @@ def without_dents(
 
 
 def _closed(
-    mesh: Mesh, own: NDArray[np.bool_], dent: FloatArray, look: Evaluate, limits: tuple[float, float]
+    mesh: Mesh,
+    own: NDArray[np.bool_],
+    dent: FloatArray,
+    ways: Sequence[tuple[Evaluate, float]],
+    away: float,
 ) -> Mesh | None:
-    """Mesh with a cone instead of some triangles (F,), if its tip is near the dent and all of it on the surface."""
+    """Mesh with a cone instead of some triangles (F,), if its tip is near the dent and all of it on the surface.
+
+    It has to be by all ways to look, each with how far off middles may be then.
+    """
     loop = _loop(mesh.faces[own])
     if loop is None:
         return None
-    ends = mesh.vertices[loop]
-    tip = _tip(ends, dent, look)
-    if tip is None or np.linalg.norm(tip - dent) > limits[0]:
-        return None
-    corners = np.concatenate([ends, np.broadcast_to(tip, (len(ends), 1, 3))], axis=1)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    surface = -units(look(corners.mean(axis=1))[1])
-    if ((units(normal) * surface).sum(axis=1) < _SAME_SIDE).any() or _off(corners, look) > limits[1]:
-        return None
+    ends, tip = mesh.vertices[loop], dent
+    for look, limit in ways:
+        found = _tip(ends, dent, look)
+        if found is None or np.linalg.norm(found - dent) > away:
+            return None
+        tip = found
+        corners = np.concatenate([ends, np.broadcast_to(tip, (len(ends), 1, 3))], axis=1)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        surface = -units(look(corners.mean(axis=1))[1])
+        if ((units(normal) * surface).sum(axis=1) < _SAME_SIDE).any() or _off(corners, look) > limit:
+            return None
     cone = np.column_stack([loop, np.full(len(loop), len(mesh.vertices))]).astype(np.int32)
     return Mesh(np.concatenate([mesh.vertices, tip[None]]), np.concatenate([mesh.faces[~own], cone]))
 

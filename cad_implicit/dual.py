@@ -159,7 +159,9 @@ class _Run:
         self.draft = draft
         self.far = far
         self.look = polish or implicit.value_and_gradient
-        self.projector = Projector(implicit.value_and_gradient, self.look, bricks.spacing, self.kernels, self.evaluate)
+        self.projector = Projector(
+            implicit.value_and_gradient, self.look, bricks.spacing, self.kernels, implicit.exact, self.evaluate
+        )
 
     def evaluate(
         self, points: FloatArray, function: Evaluate, stage: str, done: float = 0.0

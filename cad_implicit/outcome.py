@@ -143,7 +143,7 @@ def crossings(part: Mesh) -> list[str]:
 
     if part.source.get("kind") == "brep":
         return []
-    size = float(np.median(np.linalg.norm(np.diff(part.vertices[part.faces[:, :2]], axis=1), axis=2)))
+    size = float(np.sqrt(np.median(np.linalg.norm(part.face_vectors, axis=1))))  # strips around holes are long and thin
     with parallel.threads(None, len(part.faces)):
         count = int(intersecting(part.vertices, part.faces, size).sum()) if size > 0 else 0
     if not count:

@@ -32,8 +32,10 @@ _POLISH_ROUNDS = 2
 #: corner of 90 degrees they were off by up to 0.024 spacings.
 _SHARP_OFF = 5e-4
 
-#: Most looks at points of smooth faces, which are off by the fourth power of a facet's size at first.
+#: Most looks at points of smooth faces, which are off by the fourth power of a facet's size at first. Where the last
+#: step is so many times longer than would be enough the surface is not smooth.
 _FACE_ROUNDS = 2
+_LONG = 2.5
 
 #: Farthest that a vertex may be moved, in spacings.
 _REACH = 0.5
@@ -51,6 +53,8 @@ class Projector:
         Of the grid in mm.
     kernels : callable
         Gives the context of parallel kernels over so many items.
+    distances : bool
+        Whether values are true distances, so that one step leads onto the surface.
     evaluate : callable
         Called with points, one of the two, a stage and its done fraction for the progress; does the work in batches.
     """
@@ -59,6 +63,7 @@ class Projector:
     exact: Evaluate
     spacing: float
     kernels: Callable[[int], AbstractContextManager[None]]
+    distances: bool
     evaluate: Callable[[FloatArray, Evaluate, str, float], tuple[FloatArray, FloatArray]]
 
     def onto_creases(
@@ -147,14 +152,14 @@ class Projector:
         f, gradient = self.evaluate(points, self.exact, "vertices", 0.9)
         return np.asarray(np.abs(f) / np.maximum(np.linalg.norm(gradient, axis=1), 1e-6))
 
-    def onto_face(self, points: FloatArray, enough: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def onto_face(self, points: FloatArray, enough: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Move points (N, 3) onto the smooth face they are near to, until steps are shorter than ``enough`` (N,) mm.
 
-        Returns them, outward unit normals (N, 3), and the lengths (N,) of the last steps.
+        Returns them, outward unit normals (N, 3), and whether they arrived (N,).
         """
         moved, normal, step = points.copy(), np.zeros_like(points), np.zeros(len(points))
         pending = np.arange(len(points))
-        for _ in range(_FACE_ROUNDS):
+        for _ in range(1 if self.distances else _FACE_ROUNDS):
             f, gradient = self.evaluate(moved[pending], self.exact, "vertices", 0.9)
             square = np.maximum((gradient * gradient).sum(axis=1), 1e-12)
             moved[pending] -= (f / square)[:, None] * gradient
@@ -163,7 +168,7 @@ class Projector:
             pending = np.flatnonzero(step > enough)
             if len(pending) == 0:
                 break
-        return moved, normal, step
+        return moved, normal, (step < _LONG * enough) | self.distances
 
     def onto_crease(
         self, points: FloatArray, normals: FloatArray, exactly: bool

@@ -126,10 +126,10 @@ def test_facets_of_shapes_without_blends_stay() -> None:
 class _Kinked:
     """Says that a surface is where it is expected, but is wrong about the middles of new edges."""
 
-    spacing = 0.4
+    spacing = 0.6
 
-    def onto_face(self, points: FloatArray, enough: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return points, points / np.linalg.norm(points, axis=1)[:, None], np.zeros(len(points))
+    def onto_face(self, points: FloatArray, enough: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
+        return points, points / np.linalg.norm(points, axis=1)[:, None], np.ones(len(points), np.bool_)
 
     def misses(self, points: FloatArray) -> FloatArray:
         return np.full(len(points), np.inf)

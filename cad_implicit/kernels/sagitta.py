@@ -34,15 +34,16 @@ def _is_smooth(normal, a):
 def _sagitta(p, normal, a, b):
     """Distance of an edge's middle from the surface, -1 if unknown.
 
-    The edge's length times the turn of the normals along it over 8; on a circle, the height of one end over the tangent
-    plane of the other over 4, for edges that end on a crease. Edges between two such ends are unknown.
+    The height of one end over the tangent plane of the other over 4, as on a circle; the larger one. Edges between two
+    ends on creases are unknown.
     """
     if not (_is_smooth(normal, a) or _is_smooth(normal, b)):
         return -1.0
-    turn = 0.0
+    low, high = 0.0, 0.0
     for d in range(3):
-        turn += (normal[b, d] - normal[a, d]) * (p[b, d] - p[a, d])
-    return abs(turn) / (8 if _is_smooth(normal, a) and _is_smooth(normal, b) else 4)
+        along = p[b, d] - p[a, d]
+        low, high = low + normal[a, d] * along, high + normal[b, d] * along
+    return max(abs(low), abs(high)) / 4
 
 
 @jit

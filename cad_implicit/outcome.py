@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from . import parallel, sizing
 from .cad.files import BREP_EXTENSIONS, FIELD_EXTENSIONS
 from .cad.solids import SolidPart, described
@@ -143,9 +141,8 @@ def crossings(part: Mesh) -> list[str]:
 
     if part.source.get("kind") == "brep":
         return []
-    size = float(np.sqrt(np.median(np.linalg.norm(part.face_vectors, axis=1))))  # strips around holes are long and thin
     with parallel.threads(None, len(part.faces)):
-        count = int(intersecting(part.vertices, part.faces, size).sum()) if size > 0 else 0
+        count = int(intersecting(part.vertices, part.faces).sum())
     if not count:
         return []
     return [

@@ -44,6 +44,10 @@ _SHORT = 0.25
 #: The same where polished seams ran over vertices of the shapes, in spacings: these lie on the surface as the seams do.
 _FOLD = 0.05
 
+#: Share of the shifts and of the first of the lengths that are left where even so triangles run through each other, as
+#: between faces that touch along a line; vertices are where facets cross then.
+_LESS = 2e-3
+
 #: Shapes are shrunk by so many spacings for the boolean, and moved by a smaller vector: faces that lie in faces of the
 #: part, for instance where a blend ends, would meet them in rounding errors. (With 0, 3 of 900 joints held triangles
 #: that overlap in one plane.)
@@ -276,15 +280,15 @@ class _Seams:
             position = points + moves
             faces, facing = self._tidied(position)
             bad = np.unique(faces[self._tangled(position, faces, facing)])
+            if len(bad) == 0:
+                return self._result(position, faces, facing)
             bad = bad[moves[bad].any(axis=1)]
             if len(bad) == 0:
                 break
             if number > 1:
                 bad = np.unique(joint.faces[np.isin(joint.faces, bad).any(axis=1)])
             moves[bad] = self._shorter(bad.astype(np.int64), surfaces) if number == 0 else 0.0
-            if number == _ROUNDS - 2:
-                moves[:] = 0.0
-        return self._result(position, faces, facing)
+        return self._result(points, *self._tidied(points, _LESS))
 
     def _shorter(self, vertices: NDArray[np.int64], surfaces: list[Evaluate | None]) -> FloatArray:
         """Find moves (N, 3) of vertices onto that one of two shapes which decides, where the other does not afterwards.
@@ -324,11 +328,11 @@ class _Seams:
         table = np.stack([number[joint.faces[row, corner]], joint.surface[row], joint.facet[row]])
         return Facets(*np.unique(table, axis=1))
 
-    def _tidied(self, position: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
+    def _tidied(self, position: FloatArray, share: float = 1.0) -> tuple[NDArray[np.int32], FloatArray]:
         faces, facing = self.joint.faces.copy(), self.joint.facing.copy()
         loose = self.loose.astype(np.int8)
         loose[self.made] = 2
-        limits = self.spacing * np.array([_SHIFT, _TINY, _SHORT, _FOLD])
+        limits = self.spacing * np.array([share * _SHIFT, share * _TINY, _SHORT, share * _FOLD])
         kept = seams.tidy(position, faces, facing, loose, *limits)
         return faces[kept], facing[kept]
 

@@ -95,9 +95,8 @@ def _triangles(whole: Shape, tolerance: float, angle: float, fast: bool, progres
 
 def _sound(mesh: Mesh) -> bool:
     """Whether a mesh is closed, and no triangles of it run through each other."""
-    size = float(np.median(np.linalg.norm(np.diff(mesh.vertices[mesh.faces[:, :2]], axis=1), axis=2)))
     with parallel.threads(None, len(mesh.faces)):
-        return mesh.is_watertight and not bool(intersecting(mesh.vertices, mesh.faces, size).any())
+        return mesh.is_watertight and not bool(intersecting(mesh.vertices, mesh.faces).any())
 
 
 def _solid_mesh(solid: Shape, numbers: Any) -> Mesh | None:

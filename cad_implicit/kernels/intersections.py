@@ -156,14 +156,18 @@ def _search(position, faces, box, normal, start, entries, least, bad):
                 _try_pairs(position, faces, box, normal, inside, least, bad)
 
 
-def intersecting(position: np.ndarray, faces: np.ndarray, spacing: float) -> np.ndarray:
+def intersecting(position: np.ndarray, faces: np.ndarray, spacing: float | None = None) -> np.ndarray:
     """Which triangles (F,) run through others or lie on others.
 
-    ``position`` (V, 3) and ``spacing``, about the size of the triangles, are in mm, ``faces`` (F, 3) int32. Call it
-    inside :func:`cad_implicit.parallel.threads`.
+    ``position`` (V, 3) and ``spacing``, about the size of the triangles, are in mm, ``faces`` (F, 3) int32. By default
+    it is the side of a square as large as half of them: triangles of round faces are long and thin. Call it inside
+    :func:`cad_implicit.parallel.threads`.
     """
     bad = np.zeros(len(faces), np.bool_)
-    if len(faces):
+    if spacing is None:
+        a, b, c = (position[faces[:, k]] for k in range(3))
+        spacing = float(np.sqrt(np.median(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2))) if len(faces) else 0.0
+    if len(faces) and spacing > 0:
         position, faces = frozen(position), frozen(faces)
         box, normal = _boxes(position, faces)
         start, entries, large = _bins(box, spacing)

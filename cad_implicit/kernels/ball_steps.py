@@ -1,4 +1,7 @@
-"""Steps of the ball-centre polish (:mod:`cad_implicit.polish`) for rows ``which`` of its arrays; lengths in radii."""
+"""Steps of the ball-centre polish (:mod:`cad_implicit.polish`) for rows ``which`` of its arrays; lengths in radii.
+
+What is done for a row is a function of its own: the compiler takes much longer over the body of a parallel loop.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +35,31 @@ def step(which, base, goal, longest, reach, origin, radius, place):
     return near, arrived, points
 
 
+@jit
+def _look(
+    k, r, value, gradient, radius, cut, same_normal, target, n, b, seen_from, count, held, place, base, gap, goal
+):
+    """Do :func:`look` for one row ``k`` with values and gradients of row ``r``; returns the mask."""
+    new = False
+    gap[k] = 0.0
+    if r >= 0:
+        gap[k] = -1.0 - value[r] / radius
+        if gap[k] < -cut or count[k] == 0:
+            normal, offset = np.empty(3), -gap[k]
+            for d in range(3):
+                normal[d] = -gradient[r, d]
+                offset += normal[d] * place[k, d]
+            new = add_plane(n, b, seen_from, count, k, normal, offset, place, held, same_normal)
+    if not new:
+        for d in range(3):
+            base[k, d] = place[k, d]
+    mask = nearest_feasible(target[k], n[k], b[k], count[k], goal[k])
+    if mask < 0:
+        for d in range(3):
+            goal[k, d] = place[k, d]
+    return mask
+
+
 @parallel_jit
 def look(
     which, row, value, gradient, radius, cut, same_normal, target, n, b, seen_from, count, held, place, base, gap, goal
@@ -42,21 +70,10 @@ def look(
     """
     mask = np.empty(len(which), np.int64)
     for q in numba.prange(len(which)):
-        k, new = which[q], False
-        gap[k] = 0.0
-        if row[q] >= 0:
-            normal = -gradient[row[q]]
-            gap[k] = -1.0 - value[row[q]] / radius
-            if gap[k] < -cut or count[k] == 0:
-                offset = -gap[k]
-                for d in range(3):
-                    offset += normal[d] * place[k, d]
-                new = add_plane(n, b, seen_from, count, k, normal, offset, place, held, same_normal)
-        if not new:
-            base[k] = place[k]
-        mask[q] = nearest_feasible(target[k], n[k], b[k], count[k], goal[k])
-        if mask[q] < 0:
-            goal[k] = place[k]
+        mask[q] = _look(
+            which[q], row[q], value, gradient, radius, cut, same_normal, target, n, b, seen_from, count, held, place,
+            base, gap, goal,
+        )  # fmt: skip
     return mask
 
 
@@ -93,6 +110,47 @@ def linearize(query, plane, value, gradient, radius, ahead, same, n, b, seen_fro
             b[k, i] = offset
 
 
+@jit
+def _settle(
+    k, cut, close, fits, farthest, target, n, b, count, place, gap, goal, before, before_goal, held, settled,
+    best, shortest, best_n, best_b, best_count,
+):  # fmt: skip
+    """Do :func:`settle` for one row ``k``."""
+    projected = np.empty(3)
+    mask = nearest_feasible(target[k], n[k], b[k], count[k], projected)
+    length, after, dot, square = 0.0, 0.0, 0.0, 0.0
+    for d in range(3):
+        if mask < 0:
+            projected[d] = place[k, d]
+        length += (target[k, d] - place[k, d]) ** 2
+        after += (target[k, d] - projected[d]) ** 2
+        moved = projected[d] - place[k, d]
+        change = moved - (before_goal[k, d] - before[k, d])
+        dot += change * moved
+        square += change * change
+    length, after = math.sqrt(length), math.sqrt(after)
+    settled[k] = gap[k] >= -cut and abs(length - after) <= close and mask > 0
+    share = dot / max(square, 1e-300)
+    usable = -farthest < share < 1 and mask == held[k]
+    for d in range(3):
+        goal[k, d] = projected[d] - (share * (projected[d] - before_goal[k, d]) if usable else 0.0)
+        before[k, d], before_goal[k, d] = place[k, d], projected[d]
+    held[k] = mask
+    length += max(-gap[k], 0.0)  # depth counts as much as the distance it might save
+    if settled[k] or (gap[k] >= -fits and length < shortest[k]):
+        shortest[k] = length
+        for d in range(3):
+            best[k, d] = projected[d] if settled[k] else place[k, d]
+        slot = 0
+        for i in range(n.shape[1]):
+            if mask > 0 and (mask >> i) & 1:
+                best_b[k, slot] = b[k, i]
+                for d in range(3):
+                    best_n[k, slot, d] = n[k, i, d]
+                slot += 1
+        best_count[k] = slot
+
+
 @parallel_jit
 def settle(
     which, cut, close, fits, farthest, target, n, b, count, place, gap, goal, before, before_goal, held, settled,
@@ -100,34 +158,7 @@ def settle(
 ):  # fmt: skip
     """Project places that arrived anew; settle those that this does not move, and remember the best."""
     for q in numba.prange(len(which)):
-        k = which[q]
-        projected = np.empty(3)
-        mask = nearest_feasible(target[k], n[k], b[k], count[k], projected)
-        if mask < 0:
-            projected[:] = place[k]
-        length, after, dot, square = 0.0, 0.0, 0.0, 0.0
-        for d in range(3):
-            length += (target[k, d] - place[k, d]) ** 2
-            after += (target[k, d] - projected[d]) ** 2
-            moved = projected[d] - place[k, d]
-            change = moved - (before_goal[k, d] - before[k, d])
-            dot += change * moved
-            square += change * change
-        length, after = math.sqrt(length), math.sqrt(after)
-        settled[k] = gap[k] >= -cut and abs(length - after) <= close and mask > 0
-        share = dot / max(square, 1e-300)
-        usable = -farthest < share < 1 and mask == held[k]
-        for d in range(3):
-            goal[k, d] = projected[d] - (share * (projected[d] - before_goal[k, d]) if usable else 0.0)
-            before[k, d], before_goal[k, d] = place[k, d], projected[d]
-        held[k] = mask
-        length += max(-gap[k], 0.0)  # depth counts as much as the distance it might save
-        if settled[k] or (gap[k] >= -fits and length < shortest[k]):
-            shortest[k] = length
-            best[k] = projected if settled[k] else place[k]
-            slot = 0
-            for i in range(n.shape[1]):
-                if mask > 0 and (mask >> i) & 1:
-                    best_n[k, slot], best_b[k, slot] = n[k, i], b[k, i]
-                    slot += 1
-            best_count[k] = slot
+        _settle(
+            which[q], cut, close, fits, farthest, target, n, b, count, place, gap, goal, before, before_goal, held,
+            settled, best, shortest, best_n, best_b, best_count,
+        )  # fmt: skip

@@ -64,7 +64,8 @@ def nearest_feasible(x, n, b, count, y):
 
     Returns the bit mask of the planes that hold it (at most three), or -1 if no choice of three satisfies all.
     """
-    y[:] = x
+    for d in range(3):
+        y[d] = x[d]
     if _feasible(y, n, b, count):
         return 0
     for i in range(count):
@@ -109,7 +110,8 @@ def nearest_feasible_many(which, x, n, b, count, fallback):
         k = which[q]
         mask[q] = nearest_feasible(x[k], n[k], b[k], count[k], y[q])
         if mask[q] < 0:
-            y[q] = fallback[k]
+            for d in range(3):
+                y[q, d] = fallback[k, d]
     return y, mask
 
 
@@ -145,7 +147,7 @@ def add_plane(n, b, seen_from, count, k, normal, offset, place, held, same_norma
             count[k] += 1
         else:
             put = slackest
-    n[k, put] = normal
-    seen_from[k, put] = place[k]
+    for d in range(3):
+        n[k, put, d], seen_from[k, put, d] = normal[d], place[k, d]
     b[k, put] = offset
     return new

@@ -55,7 +55,7 @@ GOALS = {("fillet", 128): 0.6, ("fillet", 256): 2.5, ("smooth", 128): 1.0, ("smo
 GOAL_POWER = -2.3
 GOAL_BYTES = 1.5e9
 
-_WARM_UP_CELLS = 48
+_WARM_UP_CELLS = 110
 _RUN_STAGES = ("read", "mesh", "fillet", "round", "smooth", "offset", "contour", "check")
 
 

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import FreeCAD as App
+import numpy as np
 from freecad.cad_implicit_wb import making, references
 
 
@@ -13,6 +14,13 @@ def rounded(sides: tuple[float, float, float], r: float) -> float:
     """Volume of a box whose edges and corners are rounded: the inner box, grown (Steiner's formula)."""
     a, b, c = (side - 2 * r for side in sides)
     return a * b * c + 2 * r * (a * b + b * c + c * a) + math.pi * r**2 * (a + b + c) + 4 / 3 * math.pi * r**3
+
+
+def mesh_volume(mesh: Any) -> float:
+    """Volume of a closed mesh in mm³; FreeCAD adds up its own in single precision, here off by up to 4e-4 of it."""
+    points, facets = mesh.Topology
+    vertices = np.array([tuple(point) for point in points])
+    return float(np.linalg.det(vertices[np.array(facets)]).sum() / 6)
 
 
 def same_place(obj: Any, placement: Any) -> bool:

@@ -35,7 +35,7 @@ BYTES_PER_NODE = 40
 BYTES_PER_SURFACE_CELL = 2500
 
 #: The same where the part is done in tiles: for the result, and what joins it, …
-BYTES_PER_TILED_CELL = 110
+BYTES_PER_TILED_CELL = 160
 
 #: … for the checks of the result, when the tiles are gone (335 were measured with 30 million triangles), …
 BYTES_PER_CHECKED_CELL = 350

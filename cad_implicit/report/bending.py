@@ -27,7 +27,10 @@ _OFF = 2e-4
 _SAMPLES = 300
 _AROUND = 0.6
 
-#: Fits need so many neighbours, and leave normals off by less than this RMS, or there is a crease among them.
+#: Fits on blends take so many neighbours at most, so that few reach from a pipe to the ball at its end, and those at
+#: contacts, with blends on one side only, so many. They need as many, and leave normals off by less than this RMS,
+#: or there is a crease among them.
+_MOST, _MOST_AT_CONTACTS = 40, 400
 _FEWEST = 9
 _CREASE = 0.05
 
@@ -90,11 +93,11 @@ def bending(mesh: Mesh, shape: Implicit, part: MeshDistance, radius: float, spac
         places = mesh.vertices[inner]
         normals = unit(-shape.value_and_gradient(places)[1])
         for vertex in _some(inner):
-            found = _fit(mesh.vertices[vertex], tree, places, normals, radius)
+            found = _fit(mesh.vertices[vertex], tree, places, normals, radius, _MOST)
             if found is not None and found[1] <= _FLAT * radius:
                 radii.append(found[1])
         for vertex, face in _contacts(mesh, new, off):
-            found = _fit(mesh.vertices[vertex], tree, places, normals, radius)
+            found = _fit(mesh.vertices[vertex], tree, places, normals, radius, _MOST_AT_CONTACTS)
             if found is not None and found[1] <= _FLAT * radius:
                 cosine = float(np.clip(unit(found[0][None])[0] @ face, -1, 1))
                 angles.append(float(np.degrees(np.arccos(cosine))))
@@ -136,18 +139,18 @@ def _contacts(mesh: Mesh, new: NDArray[np.bool_], off: NDArray[np.bool_]) -> lis
 
 
 def _fit(
-    place: FloatArray, tree: cKDTree, places: FloatArray, normals: FloatArray, radius: float
+    place: FloatArray, tree: cKDTree, places: FloatArray, normals: FloatArray, radius: float, most: int
 ) -> tuple[FloatArray, float] | None:
     """Give the normal (3,) and radius of curvature in mm that normals around a place tell, None if not."""
-    near = tree.query_ball_point(place, _AROUND * radius)
+    distance, near = tree.query(place, min(most, len(places)), distance_upper_bound=_AROUND * radius)
+    near = near[np.isfinite(distance)]
     if len(near) < _FEWEST:
         return None
     own = normals[near]
-    nearest = int(np.linalg.norm(places[near] - place, axis=1).argmin())
-    alike = own @ own[nearest] > 0.5
+    alike = own @ own[0] > 0.5
     if int(alike.sum()) < _FEWEST:
         return None
-    around = np.linalg.svd(own[nearest][None])[2][1:]
+    around = np.linalg.svd(own[:1])[2][1:]
     matrix = np.column_stack([np.ones(int(alike.sum())), (places[near][alike] - place) @ around.T / radius])
     slopes = own[alike] @ around.T
     solution, *_ = np.linalg.lstsq(matrix, slopes, rcond=None)
@@ -156,4 +159,4 @@ def _fit(
         return None
     bend = float(np.abs(np.linalg.eigvalsh((solution[1:] + solution[1:].T) / 2)).max())
     up = np.sqrt(max(1.0 - float(solution[0] @ solution[0]), 0.0))
-    return solution[0] @ around + up * own[nearest], radius / max(bend, 1e-9)
+    return solution[0] @ around + up * own[0], radius / max(bend, 1e-9)

@@ -33,7 +33,7 @@ from .parallel import Progress, no_progress
 from .regions import Region
 
 #: Largest distance between result and truth: facets of vertices that lie on a blend miss it by their sagitta, this many
-#: spacings² / radius where they could not be split (elsewhere a quarter of that) …
+#: spacings² / radius where they could not be split (elsewhere an eighth of that) …
 SAGITTA = 0.35
 
 #: … and sharp edges that remain are off by this many spacings (99.9 % of their length).

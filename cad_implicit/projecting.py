@@ -5,7 +5,7 @@ A sharp vertex is looked at a little beside the crease, once on each face; it mo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
@@ -74,41 +74,32 @@ class Projector:
         planes: NDArray[np.int32],
         foot: FloatArray,
         normal: FloatArray,
+        looks: Sequence[Evaluate] = (),
     ) -> None:
-        """Move sharp vertices (rank above 1) onto their creases in place; those that are not sharp become smooth."""
-        for look in (self.rough, self.exact):
-            if look is self.rough or self.exact != self.rough:
-                self._sharp(position, mass, rank, planes, foot, normal, look)
+        """Move sharp vertices (rank above 1) onto their creases in place; those that are not sharp become smooth.
 
-    def _sharp(
-        self,
-        position: FloatArray,
-        mass: FloatArray,
-        rank: NDArray[np.int8],
-        planes: NDArray[np.int32],
-        foot: FloatArray,
-        normal: FloatArray,
-        look: Evaluate,
-    ) -> None:
-        h, rounds = self.spacing, _SHARP_ROUNDS if look == self.rough else _POLISH_ROUNDS
-        start, last_step = position.copy(), np.full(len(position), np.inf)
-        pending = np.flatnonzero(rank > 1)
-        for number in range(rounds):
-            if len(pending) == 0:
-                break
-            with self.kernels(len(pending)):
-                probes = projection.probe_points(pending, position, rank, planes, foot, normal, last_step, h)
-            used = np.ones((len(pending), 3), np.bool_)
-            used[:, 2] = rank[pending] == 3
-            f, gradient = np.zeros((len(pending), 3)), np.zeros((len(pending), 3, 3))
-            f[used], gradient[used] = self.evaluate(probes[used], look, "vertices", 0.05 * number)
-            with self.kernels(len(pending)):
-                outcome = projection.step_sharp(
-                    pending, probes, f, gradient, start, _REACH * h, _SHARP_TOLERANCE * h, rank, last_step, position
-                )
-            blunt = pending[outcome == 2]
-            rank[blunt], position[blunt] = 1, mass[blunt]
-            pending = pending[outcome == 1]
+        Looks roughly first and then exactly, or as told.
+        """
+        h = self.spacing
+        for look in looks or ((self.rough,) if self.exact == self.rough else (self.rough, self.exact)):
+            start, last_step = position.copy(), np.full(len(position), np.inf)
+            pending = np.flatnonzero(rank > 1)
+            for number in range(_SHARP_ROUNDS if look == self.rough else _POLISH_ROUNDS):
+                if len(pending) == 0:
+                    break
+                with self.kernels(len(pending)):
+                    probes = projection.probe_points(pending, position, rank, planes, foot, normal, last_step, h)
+                used = np.ones((len(pending), 3), np.bool_)
+                used[:, 2] = rank[pending] == 3
+                f, gradient = np.zeros((len(pending), 3)), np.zeros((len(pending), 3, 3))
+                f[used], gradient[used] = self.evaluate(probes[used], look, "vertices", 0.05 * number)
+                with self.kernels(len(pending)):
+                    outcome = projection.step_sharp(
+                        pending, probes, f, gradient, start, _REACH * h, _SHARP_TOLERANCE * h, rank, last_step, position
+                    )
+                blunt = pending[outcome == 2]
+                rank[blunt], position[blunt] = 1, mass[blunt]
+                pending = pending[outcome == 1]
 
     def settle(self, position: FloatArray, vertices: NDArray[np.intp]) -> None:
         """Move sharp vertices that are not on the surface there: narrow ridges look sharp, but are round."""
@@ -176,8 +167,8 @@ class Projector:
         """Move points onto the crease between faces of given normals (N, 2, 3); tell which ones could be."""
         moved, rank = points.copy(), np.full(len(points), 2, np.int8)
         planes = np.arange(2 * len(points), dtype=np.int32).reshape(-1, 2)
-        look = self.exact if exactly else self.rough
-        self._sharp(moved, points, rank, planes, points, normals.reshape(-1, 3), look)
+        looks = (self.exact if exactly else self.rough,)
+        self.onto_creases(moved, points, rank, planes, points, normals.reshape(-1, 3), looks)
         if exactly:
             self.settle(moved, np.flatnonzero(rank == 2))
         return moved, rank == 2

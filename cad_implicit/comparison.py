@@ -150,12 +150,12 @@ def surface_samples(mesh: Mesh, count: int) -> tuple[FloatArray, NDArray[np.int6
 
 def _one_way(source: Mesh, target: Mesh, samples: int, count: int | None) -> tuple[Deviation, FloatArray]:
     """Deviation of the source from the target, and the distances of the random points."""
-    tree = build_tree(target.vertices, target.faces, signed=False)
     corners = source.vertices[source.faces]
     points = np.concatenate(
         [surface_samples(source, samples)[0], source.vertices[np.unique(source.faces)], corners.mean(axis=1)]
     )
     with parallel.threads(count):
+        tree = build_tree(target.vertices, target.faces, signed=False)
         distance = unsigned_distances(tree, frozen(points))
     worst = int(distance.argmax())
     x, y, z = points[worst].tolist()

@@ -20,9 +20,10 @@ from . import parallel
 from .creases import Edges, split_edges
 from .dents import without_dents
 from .implicit import Evaluate, FloatArray
+from .kernels.edges import bent_sides
 from .kernels.intersections import intersecting
 from .mesh import Mesh
-from .missed_creases import beside_ends, next_crease, onto_crease, paired_edges, snapped, unfolded, units
+from .missed_creases import beside_ends, edges_of, next_crease, onto_crease, snapped, unfolded
 
 #: Edges are split if their middle is farther than this from the surface, in spacings; vertices that are move.
 FAR = 0.05
@@ -111,8 +112,7 @@ def _near(points: FloatArray, places: FloatArray, reach: float) -> NDArray[np.bo
 
 def _bent(mesh: Mesh) -> Edges:
     """Edges whose triangles turn."""
-    edges, normal = paired_edges(mesh), units(mesh.face_vectors)
-    return edges.some((normal[edges.triangle[:, 0]] * normal[edges.triangle[:, 1]]).sum(axis=1) < _FLAT)
+    return edges_of(bent_sides(mesh.vertices, mesh.faces, _FLAT), mesh)
 
 
 def _same(edges: Edges, others: Edges) -> Edges:

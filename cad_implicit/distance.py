@@ -101,7 +101,8 @@ class MeshDistance(Implicit):
         self.mesh = mesh
         self.bounds = mesh.bounds
         self.threads = threads
-        tree = build_tree(mesh.vertices, mesh.faces)
+        with parallel.threads(threads, len(mesh.faces)):
+            tree = build_tree(mesh.vertices, mesh.faces)
         reason = "" if sign == "pseudonormal" else "asked for"
         if sign == "auto":
             reason = _doubts(mesh, tree, threads)
@@ -183,7 +184,8 @@ class Surface:
     def __init__(self, mesh: Mesh, *, threads: int | None = None, bounds: FloatArray | None = None) -> None:
         self.mesh = mesh
         self._threads = threads
-        self._tree = build_tree(mesh.vertices, mesh.faces, signed=False, even=True, bounds=bounds)
+        with parallel.threads(threads, len(mesh.faces)):
+            self._tree = build_tree(mesh.vertices, mesh.faces, signed=False, even=True, bounds=bounds)
 
     def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Distances ``(N,)`` in mm and closest points ``(N, 3)`` for points ``(N, 3)``."""

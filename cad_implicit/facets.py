@@ -76,6 +76,8 @@ def refined_facets(
     faces : (M, 3) int32
     """
     most = tolerance(projector.spacing, radius)
+    near = sagitta.around_curved(vertices, faces, normals, most)
+    others, faces = np.delete(faces, near, axis=0), faces[near]
     for _ in range(_PASSES):
         row, corner = np.nonzero(
             sagitta.curved_edges(vertices, faces, normals, rank, most, _SHORTEST * projector.spacing)
@@ -100,7 +102,7 @@ def refined_facets(
         vertices, normals = np.concatenate([vertices, middle[found]]), np.concatenate([normals, normal[found]])
         rank = np.concatenate([rank, np.ones(found.sum(), np.int8)])
         sagitta.turn_edges(vertices, faces, normals, rank, most)
-    return vertices, faces
+    return vertices, np.concatenate([others, faces])
 
 
 @dataclass(frozen=True, eq=False)

@@ -110,7 +110,7 @@ class Mesh:
     @cached_property
     def volume(self) -> float:
         """Enclosed volume in mm³, positive if normals point outward (divergence theorem)."""
-        return float(sum(cones.sum() for _, cones in self._cones()))
+        return float(self.shell_volumes.sum())
 
     @cached_property
     def open_edges(self) -> int:
@@ -141,10 +141,10 @@ class Mesh:
     @cached_property
     def shell_volumes(self) -> FloatArray:
         """Signed volume of each shell in mm³; cavities are negative."""
-        total = np.zeros(self.shells)
-        for some, cones in self._cones():
-            total += np.bincount(self.component_of_face[some], cones, len(total))
-        return total
+        from .kernels.edges import cone_volumes
+
+        centre = self.vertices.mean(axis=0)
+        return np.asarray(cone_volumes(self.vertices, self.faces, centre, self.component_of_face, self.shells))
 
     @property
     def components(self) -> int:
@@ -166,13 +166,6 @@ class Mesh:
         """Give the normals (N, 3) of triangles, as long as their area."""
         a, b, c = (self.vertices[self.faces[some, i]] for i in range(3))
         return np.asarray(np.cross(b - a, c - a) / 2)
-
-    def _cones(self) -> Iterator[tuple[slice, FloatArray]]:
-        """Triangles, some at a time, and the volumes (N,) of the cones from the middle of the mesh to them."""
-        centre = self.vertices.mean(axis=0)
-        for some in self._batches():
-            first = self.vertices[self.faces[some, 0]] - centre
-            yield some, (first * self._vectors(some)).sum(axis=1) / 3
 
     def require_closed(self) -> Mesh:
         """Return this mesh.

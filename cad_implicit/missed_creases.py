@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import parallel
 from .creases import Edges, split_edges
 from .implicit import Evaluate, FloatArray
+from .kernels.edges import paired_sides
 from .kernels.intersections import intersecting
 from .mesh import Mesh
 from .seam_polish import Looks, follow
@@ -139,14 +140,15 @@ def snapped(mesh: Mesh, which: NDArray[np.int64], point: FloatArray) -> Mesh:
 
 def paired_edges(mesh: Mesh) -> Edges:
     """Edges that two triangles share, without normals."""
-    start = mesh.faces.ravel().astype(np.int64)
-    end = np.roll(mesh.faces, -1, axis=1).ravel().astype(np.int64)
-    key = np.minimum(start, end) * len(mesh.vertices) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    twin = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    sides = np.stack([order[twin], order[twin + 1]], axis=1)
-    first = sides[:, 0]
-    return Edges(np.stack([start[first], end[first]], axis=1), np.zeros((len(first), 0)), sides // 3, sides % 3)
+    return edges_of(paired_sides(len(mesh.vertices), mesh.faces), mesh)
+
+
+def edges_of(sides: NDArray[np.int32], mesh: Mesh) -> Edges:
+    """Edges, without normals, of sides (E, 2) of a mesh's triangles; side s is of corner s % 3 of triangle s // 3."""
+    triangle, corner = sides // 3, sides % 3
+    first, at = triangle[:, 0], corner[:, 0]
+    ends = np.stack([mesh.faces[first, at], mesh.faces[first, (at + 1) % 3]], axis=1).astype(np.int64)
+    return Edges(ends, np.zeros((len(first), 0)), triangle.astype(np.int64), corner.astype(np.int64))
 
 
 def units(vectors: FloatArray) -> FloatArray:

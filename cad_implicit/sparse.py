@@ -323,9 +323,13 @@ def _closed(
             neighbours = kernels.neighbour_table(blocks, kernels.morton_keys(blocks))
             seen = kernels.signs_around_missing(samples.values, neighbours)
         brick, place = np.nonzero(seen)
-        missing, which = np.unique(blocks[brick] + offsets[place], axis=0, return_inverse=True)
+        size = counts + 2  # from one brick before the lattice to one beyond
+        names, which = np.unique(
+            np.ravel_multi_index(tuple((blocks[brick] + offsets[place] + 1).T), size), return_inverse=True
+        )
+        missing = np.stack(np.unravel_index(names, size), axis=1) - 1
         signs = np.zeros(len(missing), np.uint8)
-        np.bitwise_or.at(signs, which.ravel(), seen[brick, place])
+        np.bitwise_or.at(signs, which, seen[brick, place])
         extra = missing[(signs == 3) & (missing >= 0).all(axis=1) & (missing < counts).all(axis=1)].astype(np.int32)
         extra = extra[sampler.wanted(extra, 1)]
         if len(extra) == 0:

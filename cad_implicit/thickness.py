@@ -106,7 +106,9 @@ def thin_spots(
     progress("thickness", 0.0)
     outward = 1.0 if side == "inside" else -1.0
     points, normals = _samples(mesh, samples, outward)
-    tree = tree or build_tree(mesh.vertices, mesh.faces, signed=False)
+    if tree is None:
+        with parallel.threads(threads, len(mesh.faces)):
+            tree = build_tree(mesh.vertices, mesh.faces, signed=False)
     length = np.linalg.norm(mesh.face_vectors, axis=1)
     faces = outward * mesh.face_vectors / np.where(length > 0, length, 1.0)[:, None]
     reach, contacts, directions = _shrink(tree, points, outward * normals, faces, radius, threads, progress)
@@ -237,8 +239,8 @@ def _in_wedge(
     a, b = (right[0] - cosine * right[1]) / determinant, (right[1] - cosine * right[0]) / determinant
     step = a[:, None] * normals + b[:, None] * directions
     segments = np.arange(2 * len(ends)).reshape(-1, 2)[:, [0, 1, 1]]
-    tree = build_tree(ends.reshape(-1, 3), segments, signed=False)
     with parallel.threads(count):
+        tree = build_tree(ends.reshape(-1, 3), segments, signed=False)
         distance, _, edge, *_ = closest_points(tree, frozen(middle + step))
     near = distance < _NEAR_EDGE * np.linalg.norm(step, axis=1)
     first, second = outward * edge_normals[edge, 0], outward * edge_normals[edge, 1]

@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
-from .jit import jit
+from .jit import jit, parallel_jit
 from .partition import WIDTH, partition
 from .pseudonormal import pseudonormals
 from .triangle import leaf_blocks
@@ -78,7 +79,8 @@ def build_tree(
     """Build the tree of triangles ``vertices[faces]``, which lie in a box ``bounds`` (2, 3) if it is given.
 
     In the same box the distance to a triangle does not depend on the others, to the last bit. Without pseudonormals and
-    dipoles if only distances are asked for; in less time for ``even`` triangles, all of similar size.
+    dipoles if only distances are asked for; in less time for ``even`` triangles, all of similar size. Call it inside
+    :func:`cad_implicit.parallel.threads`.
     """
     used = vertices[faces].reshape(len(faces), 9)
     boxes = _boxes(used)
@@ -145,45 +147,46 @@ def _axis(vectors, start, stop, extent):
     return 1.0 if thin == 0 else 0.0, 1.0 if thin == 1 else 0.0, 1.0 if thin == 2 else 0.0
 
 
-@jit
+@parallel_jit
 def _bound(corners, vectors, ranges):
     """Box and disc of every child, rounded outward."""
     bounds = np.zeros((len(ranges), 14, WIDTH), np.float32)
-    low, high = np.zeros(3), np.zeros(3)
-    for node in range(len(ranges)):
+    for node in numba.prange(len(ranges)):
         for c in range(WIDTH):
-            start, stop = ranges[node, c, 0], ranges[node, c, 1]
-            if start == stop:
-                bounds[node, :6, c] = FAR
-                bounds[node, 12:, c] = FAR
-                continue
-            low[:] = math.inf
-            high[:] = -math.inf
-            for t in range(start, stop):
-                for d in range(9):
-                    low[d % 3] = min(low[d % 3], corners[t, d])
-                    high[d % 3] = max(high[d % 3], corners[t, d])
-            nx, ny, nz = _axis(vectors, start, stop, high - low)
-            mx, my, mz = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2
-            bottom, top, radius2 = math.inf, -math.inf, 0.0
-            for t in range(start, stop):
-                for q in range(0, 9, 3):
-                    x, y, z = corners[t, q] - mx, corners[t, q + 1] - my, corners[t, q + 2] - mz
-                    height = x * nx + y * ny + z * nz
-                    bottom, top = min(bottom, height), max(top, height)
-                    radius2 = max(radius2, x * x + y * y + z * z - height * height)
-            middle, half, radius = (bottom + top) / 2, (top - bottom) / 2, math.sqrt(radius2)
-            for d in range(3):
-                bounds[node, d, c] = np.float32(low[d]) - MARGIN
-                bounds[node, 3 + d, c] = np.float32(high[d]) + MARGIN
-            bounds[node, 6, c], bounds[node, 7, c] = mx + middle * nx, my + middle * ny
-            bounds[node, 8, c], bounds[node, 9, c] = mz + middle * nz, nx
-            bounds[node, 10, c], bounds[node, 11, c] = ny, nz
-            # In a cylinder higher than wide the distance from the axis cancels in float32: leave it to the box.
-            flat = half <= radius
-            bounds[node, 12, c] = np.float32(half) + 2 * MARGIN if flat else FAR
-            bounds[node, 13, c] = np.float32(radius) + 2 * MARGIN if flat else FAR
+            _bound_child(corners, vectors, ranges[node, c, 0], ranges[node, c, 1], bounds[node, :, c])
     return bounds
+
+
+@jit
+def _bound_child(corners, vectors, start, stop, own):
+    if start == stop:
+        own[:6] = FAR
+        own[12:] = FAR
+        return
+    low, high = np.full(3, math.inf), np.full(3, -math.inf)
+    for t in range(start, stop):
+        for d in range(9):
+            low[d % 3] = min(low[d % 3], corners[t, d])
+            high[d % 3] = max(high[d % 3], corners[t, d])
+    nx, ny, nz = _axis(vectors, start, stop, high - low)
+    mx, my, mz = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2
+    bottom, top, radius2 = math.inf, -math.inf, 0.0
+    for t in range(start, stop):
+        for q in range(0, 9, 3):
+            x, y, z = corners[t, q] - mx, corners[t, q + 1] - my, corners[t, q + 2] - mz
+            height = x * nx + y * ny + z * nz
+            bottom, top = min(bottom, height), max(top, height)
+            radius2 = max(radius2, x * x + y * y + z * z - height * height)
+    middle, half, radius = (bottom + top) / 2, (top - bottom) / 2, math.sqrt(radius2)
+    for d in range(3):
+        own[d] = np.float32(low[d]) - MARGIN
+        own[3 + d] = np.float32(high[d]) + MARGIN
+    own[6], own[7], own[8] = mx + middle * nx, my + middle * ny, mz + middle * nz
+    own[9], own[10], own[11] = nx, ny, nz
+    # In a cylinder higher than wide the distance from the axis cancels in float32: leave it to the box.
+    flat = half <= radius
+    own[12] = np.float32(half) + 2 * MARGIN if flat else FAR
+    own[13] = np.float32(radius) + 2 * MARGIN if flat else FAR
 
 
 @jit

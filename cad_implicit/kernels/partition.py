@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 
-from .jit import jit
+from .jit import jit, parallel_jit
 
 #: Triangles in a leaf, at most.
 LEAF = 4
@@ -24,7 +25,7 @@ STACK = 520
 _BINS = 12
 
 
-@jit
+@parallel_jit
 def partition(boxes, order, even):
     """Sort triangles into nodes.
 
@@ -33,7 +34,7 @@ def partition(boxes, order, even):
     boxes : (F, 6) float64
         Low and high corner of each triangle's box.
     order : (F,) int32
-        Triangles; sorted in place.
+        Triangles, at least one; sorted in place.
     even : bool
         Triangles are of similar size: planes are looked for across the widest axis only.
 
@@ -46,38 +47,74 @@ def partition(boxes, order, even):
     first : (L + 1,) int32
         Triangles of each leaf: ``order[first[leaf]:first[leaf + 1]]``.
     """
+    # Nodes have two children at least, so that those below a range take fewer rows than it has triangles.
     capacity = len(order)
     children, ranges = np.full((capacity, WIDTH), -1, np.int32), np.zeros((capacity, WIDTH, 2), np.int32)
     begins = np.zeros(capacity + 1, np.bool_)
-    stack = np.zeros((STACK, 3), np.int64)
-    stack[0, 1] = len(order)
-    waiting, count = 1, 1
-    scratch = np.zeros((_BINS, 6)), np.zeros(_BINS, np.int64), np.zeros(_BINS), np.zeros(6), np.zeros(3), np.zeros(3)
-    while waiting > 0:
-        waiting -= 1
-        node = stack[waiting, 2]
-        filled = _fill_node(boxes, order, ranges[node], stack[waiting, 0], stack[waiting, 1], even, scratch)
-        for c in range(filled):
-            start, stop = ranges[node, c]
-            if stop - start <= LEAF:
-                begins[start] = True
-            else:
-                children[node, c] = count
-                stack[waiting, 0], stack[waiting, 1], stack[waiting, 2] = start, stop, count
-                waiting += 1
-                count += 1
-    begins[capacity] = True
-    first = np.flatnonzero(begins).astype(np.int32)
-    for node in range(count):
-        for c in range(WIDTH):
-            if children[node, c] < 0 and ranges[node, c, 1] > ranges[node, c, 0]:
-                children[node, c] = -np.searchsorted(first, ranges[node, c, 0]) - 1
-    return children[:count].copy(), ranges[:count].copy(), first
+    counts, root = np.zeros(WIDTH, np.int64), np.zeros((WIDTH, 2), np.int32)
+    _fill_node(boxes, order, root, 0, capacity, even)
+    for c in numba.prange(WIDTH):
+        counts[c] = _sort_below(boxes, order, root[c, 0], root[c, 1], even, children, ranges, begins)
+    return _numbered(root, counts, children, ranges, begins)
 
 
 @jit
-def _fill_node(boxes, order, own, start, stop, even, scratch):
+def _sort_below(boxes, order, start, stop, even, children, ranges, begins):
+    """Sort a range into nodes, whose rows begin at ``start`` and whose numbers at 0; returns how many there are."""
+    if start == stop:
+        return 0
+    if stop - start <= LEAF:
+        begins[start] = True
+        return 0
+    own, below = children[start:stop], ranges[start:stop]
+    stack = np.zeros((STACK, 3), np.int64)
+    stack[0, 0], stack[0, 1] = start, stop
+    waiting, count = 1, 1
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting, 2]
+        filled = _fill_node(boxes, order, below[node], stack[waiting, 0], stack[waiting, 1], even)
+        for c in range(filled):
+            low, high = below[node, c]
+            if high - low <= LEAF:
+                begins[low] = True
+            else:
+                own[node, c] = count
+                stack[waiting, 0], stack[waiting, 1], stack[waiting, 2] = low, high, count
+                waiting += 1
+                count += 1
+    return count
+
+
+@jit
+def _numbered(root, counts, children, ranges, begins):
+    """Nodes one after the other, those below each of the root's children together, and leaves, with their numbers."""
+    total = 1 + counts.sum()
+    nodes, below = np.full((total, WIDTH), -1, np.int32), np.zeros((total, WIDTH, 2), np.int32)
+    below[0] = root
+    begins[-1] = True
+    first = np.flatnonzero(begins).astype(np.int32)
+    at = 1
+    for top in range(WIDTH):
+        if counts[top] > 0:
+            nodes[0, top] = at
+        for n in range(counts[top]):
+            below[at + n] = ranges[root[top, 0] + n]
+            for c in range(WIDTH):
+                number = children[root[top, 0] + n, c]
+                nodes[at + n, c] = at + number if number >= 0 else -1
+        at += counts[top]
+    for node in range(total):
+        for c in range(WIDTH):
+            if nodes[node, c] < 0 and below[node, c, 1] > below[node, c, 0]:
+                nodes[node, c] = -np.searchsorted(first, below[node, c, 0]) - 1
+    return nodes, below, first
+
+
+@jit
+def _fill_node(boxes, order, own, start, stop, even):
     """Split a range into up to eight, the one with the largest box first; return their number."""
+    scratch = np.zeros((_BINS, 6)), np.zeros(_BINS, np.int64), np.zeros(_BINS), np.zeros(6), np.zeros(3), np.zeros(3)
     size = np.zeros(WIDTH)
     own[0, 0], own[0, 1] = start, stop
     size[0] = math.inf

@@ -91,8 +91,11 @@ def _turn(p, faces, normal, rank, head, following, t, c, least, facing):
 
 
 @jit
-def _around(position, faces, normal, least):
-    """Triangles (N,) around vertices of edges that could be turned."""
+def around_curved(position, faces, normal, least):
+    """Triangles (N,) around all vertices of those with an edge that misses the surface by ``least`` mm or more.
+
+    Only these change if such edges are turned or split, however often. Parameters as for :func:`turn_edges`.
+    """
     marked = np.zeros(len(position), np.bool_)
     for t in range(len(faces)):
         for c in range(3):
@@ -133,7 +136,7 @@ def turn_edges(position, faces, normal, rank, least):
     ``normal`` (V, 3) are the unit normals of the vertices (V, 3), zero for those on creases; where ``rank`` (V,) is
     ``FIXED`` they may be off the surface, and their edges stay. The topology stays what it is.
     """
-    near = _around(position, faces, normal, least)
+    near = around_curved(position, faces, normal, least)
     own = faces[near]
     head, following = slivers._link(own, len(position))
     facing = np.empty(3)

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 
-from .jit import jit
+from .jit import jit, parallel_jit
 from .lanes import choose, lanes, larger, smaller
 from .partition import LEAF
 
@@ -112,7 +113,7 @@ def closest_on_triangle(corners, t, px, py, pz):
     return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, feature
 
 
-@jit
+@parallel_jit
 def leaf_blocks(corners, first):
     """Precompute (L, 21, 4) for :func:`leaf_distances`: by leaf, number and triangle, so that four go through at once.
 
@@ -120,32 +121,36 @@ def leaf_blocks(corners, first):
     over the squared lengths of u, v and v - u. Zero where that has no meaning; unused places are far away.
     """
     blocks = np.zeros((len(first) - 1, 21, LEAF))
-    blocks[:, :3] = _NOWHERE
-    for leaf in range(len(first) - 1):
-        for c in range(first[leaf + 1] - first[leaf]):
-            t = first[leaf] + c
-            b = blocks[leaf, :, c]
-            for d in range(3):
-                b[d] = corners[t, d]
-                b[3 + d], b[6 + d] = corners[t, 3 + d] - corners[t, d], corners[t, 6 + d] - corners[t, d]
-            ux, uy, uz, vx, vy, vz = b[3], b[4], b[5], b[6], b[7], b[8]
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            area2 = nx * nx + ny * ny + nz * nz
-            uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-            ww = (vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2
-            b[18], b[19] = 1 / uu if uu > 0.0 else 0.0, 1 / vv if vv > 0.0 else 0.0
-            b[20] = 1 / ww if ww > 0.0 else 0.0
-            if area2 > FLAT * FLAT * max(uu, vv) ** 2:
-                b[9], b[10], b[11] = (
-                    (vy * nz - vz * ny) / area2,
-                    (vz * nx - vx * nz) / area2,
-                    (vx * ny - vy * nx) / area2,
-                )
-                b[12], b[13] = (ny * uz - nz * uy) / area2, (nz * ux - nx * uz) / area2
-                b[14] = (nx * uy - ny * ux) / area2
-                length = math.sqrt(area2)
-                b[15], b[16], b[17] = nx / length, ny / length, nz / length
+    for leaf in numba.prange(len(first) - 1):
+        _fill_block(corners, first[leaf], first[leaf + 1], blocks[leaf])
     return blocks
+
+
+@jit
+def _fill_block(corners, start, stop, block):
+    block[:3] = _NOWHERE
+    for t in range(start, stop):
+        b = block[:, t - start]
+        for d in range(3):
+            b[d] = corners[t, d]
+            b[3 + d], b[6 + d] = corners[t, 3 + d] - corners[t, d], corners[t, 6 + d] - corners[t, d]
+        ux, uy, uz, vx, vy, vz = b[3], b[4], b[5], b[6], b[7], b[8]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area2 = nx * nx + ny * ny + nz * nz
+        uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
+        ww = (vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2
+        b[18], b[19] = 1 / uu if uu > 0.0 else 0.0, 1 / vv if vv > 0.0 else 0.0
+        b[20] = 1 / ww if ww > 0.0 else 0.0
+        if area2 > FLAT * FLAT * max(uu, vv) ** 2:
+            b[9], b[10], b[11] = (
+                (vy * nz - vz * ny) / area2,
+                (vz * nx - vx * nz) / area2,
+                (vx * ny - vy * nx) / area2,
+            )
+            b[12], b[13] = (ny * uz - nz * uy) / area2, (nz * ux - nx * uz) / area2
+            b[14] = (nx * uy - ny * ux) / area2
+            length = math.sqrt(area2)
+            b[15], b[16], b[17] = nx / length, ny / length, nz / length
 
 
 @lanes(LEAF)

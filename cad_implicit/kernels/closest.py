@@ -175,14 +175,17 @@ def signed_distances(tree, points):
     """Signed distances ``(N,)`` and gradients ``(N, 3)`` at points ``(N, 3)``."""
     values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        stack = new_stack()
-        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
-        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
-            value, _, _, _, gx, gy, gz, seed = signed_nearest(
-                tree, points[q, 0], points[q, 1], points[q, 2], seed, stack
-            )
-            values[q], gradients[q, 0], gradients[q, 1], gradients[q, 2] = value, gx, gy, gz
+        _signed_chunk(tree, points, chunk, values, gradients)
     return values, gradients
+
+
+@jit
+def _signed_chunk(tree, points, chunk, values, gradients):
+    stack = new_stack()
+    seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
+    for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+        value, _, _, _, gx, gy, gz, seed = signed_nearest(tree, points[q, 0], points[q, 1], points[q, 2], seed, stack)
+        values[q], gradients[q, 0], gradients[q, 1], gradients[q, 2] = value, gx, gy, gz
 
 
 @parallel_jit
@@ -192,15 +195,20 @@ def closest_points(tree, points):
     distance, closest = np.zeros(count), np.zeros((count, 3))
     triangle, position, feature = np.zeros(count, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int8)
     for chunk in prange((count + CHUNK - 1) // CHUNK):
-        stack = new_stack()
-        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
-        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            d, cx, cy, cz, seed, f = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
-            distance[q], closest[q, 0], closest[q, 1], closest[q, 2] = d, cx, cy, cz
-            triangle[q] = tree.order[seed] if seed >= 0 else -1
-            position[q] = seed
-            feature[q] = f
+        _closest_chunk(tree, points, chunk, distance, closest, triangle, position, feature)
     return distance, closest, triangle, position, feature
+
+
+@jit
+def _closest_chunk(tree, points, chunk, distance, closest, triangle, position, feature):
+    stack = new_stack()
+    seed = np.int64(-1)  # as above
+    for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+        d, cx, cy, cz, seed, f = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
+        distance[q], closest[q, 0], closest[q, 1], closest[q, 2] = d, cx, cy, cz
+        triangle[q] = tree.order[seed] if seed >= 0 else -1
+        position[q] = seed
+        feature[q] = f
 
 
 @parallel_jit
@@ -208,11 +216,16 @@ def unsigned_distances(tree, points):
     """Distances ``(N,)`` from points ``(N, 3)``."""
     out = np.zeros(len(points))
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        stack = new_stack()
-        seed = np.int64(-1)  # plain, its value would be part of the type: all below would be compiled twice
-        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
-            out[q], _, _, _, seed, _ = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
+        _unsigned_chunk(tree, points, chunk, out)
     return out
+
+
+@jit
+def _unsigned_chunk(tree, points, chunk, out):
+    stack = new_stack()
+    seed = np.int64(-1)  # as above
+    for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+        out[q], _, _, _, seed, _ = nearest(tree, points[q, 0], points[q, 1], points[q, 2], math.inf, seed, stack)
 
 
 @parallel_jit
@@ -220,7 +233,12 @@ def any_within(tree, points, radii):
     """Whether anything lies nearer to points ``(N, 3)`` than their radii ``(N,)``."""
     out = np.zeros(len(points), np.bool_)
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        stack = new_stack()
-        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
-            out[q] = is_within(tree, points[q, 0], points[q, 1], points[q, 2], radii[q], stack)
+        _within_chunk(tree, points, radii, chunk, out)
     return out
+
+
+@jit
+def _within_chunk(tree, points, radii, chunk, out):
+    stack = new_stack()
+    for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+        out[q] = is_within(tree, points[q, 0], points[q, 1], points[q, 2], radii[q], stack)

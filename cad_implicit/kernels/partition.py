@@ -25,7 +25,6 @@ STACK = 520
 _BINS = 12
 
 
-@parallel_jit
 def partition(boxes, order, even):
     """Sort triangles into nodes.
 
@@ -50,12 +49,16 @@ def partition(boxes, order, even):
     # Nodes have two children at least, so that those below a range take fewer rows than it has triangles.
     capacity = len(order)
     children, ranges = np.full((capacity, WIDTH), -1, np.int32), np.zeros((capacity, WIDTH, 2), np.int32)
-    begins = np.zeros(capacity + 1, np.bool_)
-    counts, root = np.zeros(WIDTH, np.int64), np.zeros((WIDTH, 2), np.int32)
+    begins, counts, root = np.zeros(capacity + 1, np.bool_), np.zeros(WIDTH, np.int64), np.zeros((WIDTH, 2), np.int32)
     _fill_node(boxes, order, root, 0, capacity, even)
+    _sort_ranges(boxes, order, root, even, children, ranges, begins, counts)
+    return _numbered(root, counts, children, ranges, begins)
+
+
+@parallel_jit
+def _sort_ranges(boxes, order, root, even, children, ranges, begins, counts):
     for c in numba.prange(WIDTH):
         counts[c] = _sort_below(boxes, order, root[c, 0], root[c, 1], even, children, ranges, begins)
-    return _numbered(root, counts, children, ranges, begins)
 
 
 @jit

@@ -64,25 +64,29 @@ def affine_distances(tree, points, radius, tolerance):
     """
     count = len(points)
     values, gradients, holds = np.zeros(count), np.zeros((count, 3)), np.zeros(count, np.bool_)
-    scale = tree.frame[3]
-    reach, slack = 2 * radius / scale, tolerance / scale
+    reach, slack = 2 * radius / tree.frame[3], tolerance / tree.frame[3]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
-        stack = new_stack()
-        t = np.int64(-1)  # plain, as in closest.py
-        for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            x, y, z = scaled(tree, points[q, 0], points[q, 1], points[q, 2])
-            d2, _, _, _, t, _ = closest_scaled(tree, x, y, z, math.inf, t, stack)
-            if t < 0 or tree.doubtful[t] != 0:
-                continue
-            n = tree.normals[t, FACE]
-            if n[0] == 0 and n[1] == 0 and n[2] == 0:
-                continue
-            if not _only_plane(tree, x, y, z, (math.sqrt(d2) + reach) ** 2, t, slack, stack):
-                continue
-            c = tree.corners[t]
-            above = (x - c[0]) * n[0] + (y - c[1]) * n[1] + (z - c[2]) * n[2]
-            holds[q] = True
-            values[q] = -above * scale
-            for d in range(3):
-                gradients[q, d] = -n[d]
+        _affine_chunk(tree, points, chunk, reach, slack, values, gradients, holds)
     return values, gradients, holds
+
+
+@jit
+def _affine_chunk(tree, points, chunk, reach, slack, values, gradients, holds):
+    stack = new_stack()
+    t = np.int64(-1)  # plain, as in closest.py
+    for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
+        x, y, z = scaled(tree, points[q, 0], points[q, 1], points[q, 2])
+        d2, _, _, _, t, _ = closest_scaled(tree, x, y, z, math.inf, t, stack)
+        if t < 0 or tree.doubtful[t] != 0:
+            continue
+        n = tree.normals[t, FACE]
+        if n[0] == 0 and n[1] == 0 and n[2] == 0:
+            continue
+        if not _only_plane(tree, x, y, z, (math.sqrt(d2) + reach) ** 2, t, slack, stack):
+            continue
+        c = tree.corners[t]
+        above = (x - c[0]) * n[0] + (y - c[1]) * n[1] + (z - c[2]) * n[2]
+        holds[q] = True
+        values[q] = -above * tree.frame[3]
+        for d in range(3):
+            gradients[q, d] = -n[d]

@@ -163,21 +163,32 @@ def cell_vertices(
     rank = np.empty(count, np.int8)
     planes = np.zeros((count, 3), np.int32)
     for chunk in numba.prange((len(cell_code) + _CHUNK - 1) // _CHUNK):
-        edges, loops = np.empty(12, np.int64), np.empty(12, np.int64)
-        a, vectors = np.empty((3, 3)), np.empty((3, 3))
-        right, mass, best, corner = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-        for cell in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cell_code))):
-            code = cell_code[cell]
-            for d in range(3):
-                corner[d] = origin[d] + spacing * (8 * blocks[code >> 9, d] + ((code >> (6 - 3 * d)) & 7))
-            found = crossed_edges(code, rows[cell], edge_words, edge_start, neighbours, edges, loops)
-            for loop in range(LOOPS[rows[cell]]):
-                _quadric(edges, loops, loop, found, foot, normal, corner, spacing, a, right, mass)
-                vertex = first[cell] + loop
-                rank[vertex] = _minimise(a, vectors, right, mass, best)
-                for d in range(3):
-                    position[vertex, d] = corner[d] + spacing * best[d]
-                    centre[vertex, d] = corner[d] + spacing * mass[d]
-                if rank[vertex] > 1:
-                    _representatives(normal, edges, loops, loop, found, planes[vertex])
+        _vertices_of_chunk(
+            chunk, cell_code, rows, first, edge_words, edge_start, neighbours, blocks, origin, spacing, foot, normal,
+            position, centre, rank, planes,
+        )  # fmt: skip
     return position, centre, rank, planes
+
+
+@jit
+def _vertices_of_chunk(
+    chunk, cell_code, rows, first, edge_words, edge_start, neighbours, blocks, origin, spacing, foot, normal,
+    position, centre, rank, planes,
+):  # fmt: skip
+    edges, loops = np.empty(12, np.int64), np.empty(12, np.int64)
+    a, vectors = np.empty((3, 3)), np.empty((3, 3))
+    right, mass, best, corner = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for cell in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cell_code))):
+        code = cell_code[cell]
+        for d in range(3):
+            corner[d] = origin[d] + spacing * (8 * blocks[code >> 9, d] + ((code >> (6 - 3 * d)) & 7))
+        found = crossed_edges(code, rows[cell], edge_words, edge_start, neighbours, edges, loops)
+        for loop in range(LOOPS[rows[cell]]):
+            _quadric(edges, loops, loop, found, foot, normal, corner, spacing, a, right, mass)
+            vertex = first[cell] + loop
+            rank[vertex] = _minimise(a, vectors, right, mass, best)
+            for d in range(3):
+                position[vertex, d] = corner[d] + spacing * best[d]
+                centre[vertex, d] = corner[d] + spacing * mass[d]
+            if rank[vertex] > 1:
+                _representatives(normal, edges, loops, loop, found, planes[vertex])

@@ -21,6 +21,9 @@ _BETTER = 0.9
 #: edge, elsewhere 2 %.
 _THINNEST = 0.1
 
+#: States of triangles: not looked at yet, with another edge, looked at.
+_NEW, _TURNED, _DONE = 0, 1, 2
+
 #: Most looks at a triangle, on average; each turn lowers the sum of all sagittas, so that the turns end anyway.
 _LOOKS = 100
 
@@ -140,19 +143,23 @@ def turn_edges(position, faces, normal, rank, least):
     own = faces[near]
     head, following = slivers._link(own, len(position))
     facing = np.empty(3)
-    queue, waits = np.arange(len(own)), np.ones(len(own), np.bool_)
+    queue, state = np.arange(len(own)), np.full(len(own), _NEW, np.int8)
     first, count, looks = 0, len(own), 0
     while count > 0 and looks < _LOOKS * len(own):
         t = queue[first]
         first, count, looks = (first + 1) % len(own), count - 1, looks + 1
-        waits[t] = False
+        new = state[t] == _NEW
+        state[t] = _DONE
         for c in range(3):
+            if new and own[t, (c + 1) % 3] > own[t, (c + 2) % 3]:
+                continue  # is looked at from the other side
             s = _turn(position, own, normal, rank, head, following, t, c, least, facing)
             if s < 0:
                 continue
             for turned in (t, s):
-                if not waits[turned]:
-                    waits[turned] = True
+                waits = state[turned] != _DONE
+                state[turned] = _TURNED
+                if not waits:
                     queue[(first + count) % len(own)] = turned
                     count += 1
             break

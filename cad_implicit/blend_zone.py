@@ -14,6 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .centres import Centres
 from .distance import Surface
 from .implicit import Affine, FloatArray, Implicit
 from .parallel import Progress
@@ -41,18 +42,18 @@ Look = Callable[[FloatArray, float, float], Affine]
 
 
 class Zoned(Surface):
-    """Surface that is made around a zone only, and made again around a larger one if it is asked elsewhere.
+    """Surface of centres that are made around a zone only, and made again around a larger one if asked elsewhere.
 
     Parameters
     ----------
     zone : Region
     make : callable
-        Gives the surface for points of a zone.
+        Gives the centres for points of a zone.
     """
 
-    def __init__(self, zone: Region, make: Callable[[Region], Surface]) -> None:
+    def __init__(self, zone: Region, make: Callable[[Region], Centres]) -> None:
         self._zone, self._make = zone, make
-        self._surface = make(zone)
+        self._centres = make(zone)
 
     def closest(self, points: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Distances ``(N,)`` in mm and closest points ``(N, 3)``."""
@@ -60,8 +61,12 @@ class Zoned(Surface):
         outside = ~self._zone.contains(x)
         if outside.any():
             self._zone = self._zone.joined(x[outside])
-            self._surface = self._make(self._zone)
-        return self._surface.closest(x)
+            self._centres = self._make(self._zone)
+        return self._centres.surface.closest(x)
+
+    def fill_tight(self, points: FloatArray, value: FloatArray, gradient: FloatArray) -> None:
+        """As :meth:`cad_implicit.centres.Centres.fill_tight`."""
+        self._centres.fill_tight(points, value, gradient)
 
 
 def blend_zone(

@@ -122,9 +122,12 @@ def contoured(
     bricks = sample_bricks(implicit, spacing, bounds, threads=threads, progress=progress, region=region)
     run = _Run(implicit, bricks, threads, progress, polish, draft, far)
     cells = find_cells(bricks, lambda points: run.evaluate(points, implicit.value_and_gradient, "hermite")[0], threads)
+    projector = Projector(
+        implicit.value_and_gradient, run.look, bricks.spacing, run.kernels, implicit.exact, run.evaluate
+    )
     foot, normal = run.hermite(cells)
-    vertices = run.vertices(cells, foot, normal)
-    return run.mesh(cells, foot, normal, vertices)
+    vertices = run.vertices(cells, foot, normal, projector)
+    return run.mesh(cells, foot, normal, vertices, projector)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +162,6 @@ class _Run:
         self.draft = draft
         self.far = far
         self.look = polish or implicit.value_and_gradient
-        self.projector = Projector(
-            implicit.value_and_gradient, self.look, bricks.spacing, self.kernels, implicit.exact, self.evaluate
-        )
 
     def evaluate(
         self, points: FloatArray, function: Evaluate, stage: str, done: float = 0.0
@@ -225,7 +225,7 @@ class _Run:
         with self.kernels(len(values)):
             return np.asarray(hermite.first_guess(values))
 
-    def vertices(self, cells: Cells, foot: FloatArray, normal: FloatArray) -> _Vertices:
+    def vertices(self, cells: Cells, foot: FloatArray, normal: FloatArray, projector: Projector) -> _Vertices:
         """Place the vertices of the cells and those on doubled mesh edges."""
         b = self.bricks
         self.progress("vertices", 0.0)
@@ -248,10 +248,10 @@ class _Run:
                 cells.cells, *cells.tables, *cells.edge_lookup, b.neighbours, cells.flat, foot, normal,
                 2 * PLANE_TOLERANCE * b.spacing, directions,
             )  # fmt: skip
-        self.projector.onto_creases(position, mass, rank, planes, foot, normal)
+        projector.onto_creases(position, mass, rank, planes, foot, normal)
         if not self.draft:
-            self.projector.settle(position, np.flatnonzero(rank > 1))
-            self.projector.smooth(position, mass, rank, is_flat, directions)
+            projector.settle(position, np.flatnonzero(rank > 1))
+            projector.smooth(position, mass, rank, is_flat, directions)
         self.progress("vertices", 1.0)
         return _Vertices(position, rank, directions, quads, whole, between)
 
@@ -274,7 +274,7 @@ class _Run:
         return between, foot[pairs].mean(axis=1)
 
     def mesh(
-        self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices
+        self, cells: Cells, foot: FloatArray, normal: FloatArray, vertices: _Vertices, projector: Projector
     ) -> tuple[FloatArray, Faces, Names]:
         """Triangles without slivers that do not run through each other, and their vertices' names; a draft has none."""
         self.progress("triangles", 0.0)
@@ -285,7 +285,7 @@ class _Run:
             return v.position, faces, np.zeros(0, np.int64)
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.whole, v.between)
         position, faces, normals, rank, origin = triangulate(pieces, self.kernels)
-        position, faces = refine(position, faces, normals, rank, self.projector, self.implicit.radius, self.kernels)
+        position, faces = refine(position, faces, normals, rank, projector, self.implicit.radius, self.kernels)
         rough, look = (
             partial(self.evaluate, function=f, stage="triangles", done=0.5)
             for f in (self.implicit.value_and_gradient, self.look)

@@ -185,18 +185,17 @@ class Closing(Implicit):
         self._slack = _FIT_RADIUS * radius + _FIT_SPACING * spacing
         self._changed = _CHANGED * spacing
         offset = Shifted(parent, radius) if parent.bounded else Shifted(complement(parent), -radius)
-        self._make = partial(Centres, parent, offset, radius, spacing, threads=threads, progress=progress)
+        make = partial(Centres, parent, offset, radius, spacing, threads=threads, progress=progress)
+        self._centres: Centres | Zoned
+        self._surface: Surface
         if region is None:
-            self._centres = self._make()
+            self._centres = make()
             self._surface = self._centres.surface
         else:
             zone = blend_zone(parent, radius, spacing, region, self.affine_within, progress) if zoned else region
-            self._surface = Zoned(zone, self._around)
-
-    def _around(self, zone: Region) -> Surface:
-        """Surface of the ball's centres around a zone."""
-        self._centres = self._make(region=zone.grown(self.radius + AROUND * self.spacing))
-        return self._centres.surface
+            self._centres = self._surface = Zoned(
+                zone, lambda around: make(region=around.grown(radius + AROUND * spacing))
+            )
 
     def __call__(self, points: ArrayLike) -> FloatArray:
         return self.value_and_gradient(points)[0]

@@ -7,7 +7,6 @@ are joined by the names of their vertices. The mesh is the one that would come o
 
 from __future__ import annotations
 
-import gc
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -114,7 +113,6 @@ def contour_in_tiles(
         for number, tile in enumerate(tiles):
             progress("tiles", number / len(tiles))
             piece = _piece(make, tile, origin, spacing, threads, progress)
-            gc.collect()  # what was made for the tile holds itself: hundreds of MB
             if piece is not None:
                 done.append(Path(folder) / f"{number}.npz")
                 np.savez(done[-1], position=piece.position, faces=piece.faces, names=piece.names)

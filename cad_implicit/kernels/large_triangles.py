@@ -125,8 +125,8 @@ def _boxes_meet(one, other):
 
 
 @jit
-def _look_up(p, faces, box, normal, t, behind, side, stack, order, children, ranges, slab, slack, least, bad):
-    """Mark a triangle and those of a tree, from the place ``behind`` on, that it meets."""
+def _look_up(p, faces, box, normal, t, side, stack, order, children, ranges, slab, slack, least, bad):
+    """Mark a triangle and those of a tree that it meets."""
     _sides(p, faces[t], normal[t], side)
     stack[0] = 0
     waiting = 1
@@ -135,13 +135,13 @@ def _look_up(p, faces, box, normal, t, behind, side, stack, order, children, ran
         node = stack[waiting]
         for c in range(WIDTH):
             start, stop = ranges[node, c, 0], ranges[node, c, 1]
-            if start == stop or stop <= behind or _apart(p, faces[t], box[t], normal[t], side, slab[node, c], slack):
+            if start == stop or _apart(p, faces[t], box[t], normal[t], side, slab[node, c], slack):
                 continue
             if children[node, c] >= 0:
                 stack[waiting] = children[node, c]
                 waiting += 1
                 continue
-            for q in range(max(start, behind), stop):
+            for q in range(start, stop):
                 s = order[q]
                 if (
                     s != t
@@ -154,19 +154,13 @@ def _look_up(p, faces, box, normal, t, behind, side, stack, order, children, ran
 
 
 @parallel_jit
-def _search(position, faces, box, normal, large, own, order, children, ranges, slab, slack, least, bad):
-    """Mark what large triangles and those of a tree meet of each other; of their ``own`` tree only those behind them.
-
-    Those at the end of their tree have less to do: every other chunk is taken from there.
-    """
-    chunks = (len(large) + _CHUNK - 1) // _CHUNK
-    for number in numba.prange(chunks):
-        chunk = number // 2 if number % 2 == 0 else chunks - 1 - number // 2
+def _search(position, faces, box, normal, large, order, children, ranges, slab, slack, least, bad):
+    """Mark what large triangles and those of a tree meet of each other."""
+    for chunk in numba.prange((len(large) + _CHUNK - 1) // _CHUNK):
         side, stack = np.empty((4, 4)), np.empty(STACK, np.int32)
         for q in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(large))):
-            t, behind = large[q], q + 1 if own else 0
             _look_up(
-                position, faces, box, normal, t, behind, side, stack, order, children, ranges, slab, slack, least, bad
+                position, faces, box, normal, large[q], side, stack, order, children, ranges, slab, slack, least, bad
             )
 
 
@@ -176,10 +170,10 @@ def large_against_all(position, faces, box, normal, large, least, bad):
     ``position`` (V, 3), ``faces`` (F, 3), their boxes ``box`` (F, 6) and unit normals ``normal`` (F, 3); ``large`` (F,)
     tells which ones are; ``least`` is the height in mm above planes that counts without a look at rounding errors.
     """
-    which, others = (np.flatnonzero(some).astype(np.int32) for some in (large, ~large))
+    which = np.flatnonzero(large)
     slack = _ROUNDING * float(np.abs(box).max())
-    for order, own in ((which, True), (others, False)):
+    for order in (which.astype(np.int32), np.flatnonzero(~large).astype(np.int32)):
         if len(order) and len(which):
-            children, ranges, _ = partition(box, order, False)  # sorts its own
+            children, ranges, _ = partition(box, order, False)
             slab = _slabs(position, faces, box, normal, order, ranges)
-            _search(position, faces, box, normal, which, own, order, children, ranges, slab, slack, least, bad)
+            _search(position, faces, box, normal, which, order, children, ranges, slab, slack, least, bad)

@@ -45,12 +45,18 @@ def _length(p, u, v):
 
 @jit
 def _height_above(p, top, a, b):
-    """Height of a triangle above its side a b."""
-    side = _length(p, a, b)
-    along = 0.0
+    """Height of a triangle above its side a b.
+
+    From what is left of the way to the top beside the side: the difference of squared lengths is off by 2e-7 mm on
+    needles of 14 mm.
+    """
+    side2, along = _length(p, a, b) ** 2, 0.0
     for d in range(3):
-        along += (p[top, d] - p[a, d]) * (p[b, d] - p[a, d]) / side
-    return math.sqrt(max(_length(p, top, a) ** 2 - along * along, 0.0))
+        along += (p[top, d] - p[a, d]) * (p[b, d] - p[a, d])
+    share, height2 = along / side2 if side2 > 0 else 0.0, 0.0
+    for d in range(3):
+        height2 += (p[top, d] - p[a, d] - share * (p[b, d] - p[a, d])) ** 2
+    return math.sqrt(height2)
 
 
 @jit

@@ -39,20 +39,9 @@ def open_edges(count, faces):
 
 @jit
 def _in_order(count, first, second):
-    """Pairs in the order of the first, then the second number: sorted by the second, then by the first."""
-    for _ in range(2):
-        place = np.zeros(count + 1, np.int64)
-        for number in second:
-            place[number + 1] += 1
-        for v in range(count):
-            place[v + 1] += place[v]
-        a, b = np.zeros(len(first), np.int32), np.zeros(len(first), np.int32)
-        for n in range(len(first)):
-            at = place[second[n]]
-            place[second[n]] += 1
-            a[at], b[at] = second[n], first[n]
-        first, second = a, b
-    return first, second
+    """Pairs in the order of the first, then the second number."""
+    order = _sorted_by(count, first, _sorted_by(count, second, np.arange(len(first), dtype=np.int32)))
+    return first[order], second[order]
 
 
 @jit

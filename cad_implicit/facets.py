@@ -76,12 +76,13 @@ def refined_facets(
     faces : (M, 3) int32
     """
     most = tolerance(projector.spacing, radius)
-    near = sagitta.around_curved(vertices, faces, normals, most)
+    with projector.kernels(len(faces)):
+        near = sagitta.around_curved(vertices, faces, normals, most)
     others, faces = np.delete(faces, near, axis=0), faces[near]
     for _ in range(_PASSES):
-        row, corner = np.nonzero(
-            sagitta.curved_edges(vertices, faces, normals, rank, most, _SHORTEST * projector.spacing)
-        )
+        with projector.kernels(len(faces)):
+            curved = sagitta.curved_edges(vertices, faces, normals, rank, most, _SHORTEST * projector.spacing)
+        row, corner = np.nonzero(curved)
         if len(row) == 0:
             break
         start, end = faces[row, corner].astype(np.int64), faces[row, (corner + 1) % 3].astype(np.int64)
@@ -101,7 +102,8 @@ def refined_facets(
         faces, _ = cut(faces, between)
         vertices, normals = np.concatenate([vertices, middle[found]]), np.concatenate([normals, normal[found]])
         rank = np.concatenate([rank, np.ones(found.sum(), np.int8)])
-        sagitta.turn_edges(vertices, faces, normals, rank, most)
+        with projector.kernels(len(faces)):
+            sagitta.turn_edges(vertices, faces, normals, rank, most)
     return vertices, np.concatenate([others, faces])
 
 

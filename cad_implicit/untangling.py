@@ -202,7 +202,8 @@ def _tidy_triangles(
     if len(special):
         normals = np.concatenate([normals, np.where(cut[:, None], 0.0, p.normal[special])])
     rank[: len(step)][step > 0] = slivers.FIXED
-    turn_edges(position, faces, normals, rank, _CURVED * p.bricks.spacing)
+    with threads(len(faces)):
+        turn_edges(position, faces, normals, rank, _CURVED * p.bricks.spacing)
     return position, faces, normals, rank, special
 
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
+from numba import prange
 
 from .jit import jit, parallel_jit
 from .partition import WIDTH, partition
 from .pseudonormal import pseudonormals
+from .stack import dealt
 from .triangle import leaf_blocks
 
 #: Added to all float32 bounds, in scaled coordinates: 30 roundings of numbers up to 1.
@@ -151,7 +152,8 @@ def _axis(vectors, start, stop, extent):
 def _bound(corners, vectors, ranges):
     """Box and disc of every child, rounded outward."""
     bounds = np.zeros((len(ranges), 14, WIDTH), np.float32)
-    for node in numba.prange(len(ranges)):
+    for number in prange(len(ranges)):
+        node = dealt(number, len(ranges))
         for c in range(WIDTH):
             _bound_child(corners, vectors, ranges[node, c, 0], ranges[node, c, 1], bounds[node, :, c])
     return bounds

@@ -16,7 +16,7 @@ from numba import prange
 
 from .jit import jit, parallel_jit
 from .spine_samples import nearest_sample
-from .stack import CHUNK
+from .stack import CHUNK, dealt
 
 #: Halvings or Newton steps towards the nearest point of the spine.
 _ROUNDS = 24
@@ -301,8 +301,9 @@ def strips(points, which, strip, table, value, gradient, way):
 
     Far off the values are upper bounds, and the rest is zero.
     """
-    for chunk in prange((len(which) + CHUNK - 1) // CHUNK):
-        c, d, e, m = np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3)
+    chunks = (len(which) + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        c, d, e, m, chunk = np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), dealt(number, chunks)
         for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(which))):
             x, s = points[which[n]], strip[n]
             reach = table.reach[s]

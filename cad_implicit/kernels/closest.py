@@ -14,7 +14,7 @@ from numba import prange
 from .bvh import TRUST
 from .jit import jit, parallel_jit
 from .lanes import bits_below, lowest_bit
-from .stack import CHUNK, new_stack
+from .stack import CHUNK, dealt, new_stack
 from .triangle import FACE, closest_on_triangle, leaf_distances
 from .visit import child_bounds, push_children, single
 from .winding import winding_scaled
@@ -174,8 +174,9 @@ def signed_nearest(tree, x, y, z, seed, stack):
 def signed_distances(tree, points):
     """Signed distances ``(N,)`` and gradients ``(N, 3)`` at points ``(N, 3)``."""
     values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
-    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        _signed_chunk(tree, points, chunk, values, gradients)
+    chunks = (len(points) + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        _signed_chunk(tree, points, dealt(number, chunks), values, gradients)
     return values, gradients
 
 
@@ -194,7 +195,9 @@ def closest_points(tree, points):
     count = len(points)
     distance, closest = np.zeros(count), np.zeros((count, 3))
     triangle, position, feature = np.zeros(count, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int8)
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
+    chunks = (count + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        chunk = dealt(number, chunks)
         _closest_chunk(tree, points, chunk, distance, closest, triangle, position, feature)
     return distance, closest, triangle, position, feature
 
@@ -215,8 +218,9 @@ def _closest_chunk(tree, points, chunk, distance, closest, triangle, position, f
 def unsigned_distances(tree, points):
     """Distances ``(N,)`` from points ``(N, 3)``."""
     out = np.zeros(len(points))
-    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        _unsigned_chunk(tree, points, chunk, out)
+    chunks = (len(points) + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        _unsigned_chunk(tree, points, dealt(number, chunks), out)
     return out
 
 
@@ -232,8 +236,9 @@ def _unsigned_chunk(tree, points, chunk, out):
 def any_within(tree, points, radii):
     """Whether anything lies nearer to points ``(N, 3)`` than their radii ``(N,)``."""
     out = np.zeros(len(points), np.bool_)
-    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        _within_chunk(tree, points, radii, chunk, out)
+    chunks = (len(points) + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        _within_chunk(tree, points, radii, dealt(number, chunks), out)
     return out
 
 

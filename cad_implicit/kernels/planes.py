@@ -14,7 +14,7 @@ from numba import prange
 from .bvh import TRUST
 from .closest import closest_scaled, scaled
 from .jit import jit, parallel_jit
-from .stack import CHUNK, new_stack
+from .stack import CHUNK, dealt, new_stack
 from .triangle import FACE, leaf_distances
 from .visit import push_children, single
 
@@ -65,7 +65,9 @@ def affine_distances(tree, points, radius, tolerance):
     count = len(points)
     values, gradients, holds = np.zeros(count), np.zeros((count, 3)), np.zeros(count, np.bool_)
     reach, slack = 2 * radius / tree.frame[3], tolerance / tree.frame[3]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
+    chunks = (count + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        chunk = dealt(number, chunks)
         _affine_chunk(tree, points, chunk, reach, slack, values, gradients, holds)
     return values, gradients, holds
 

@@ -9,9 +9,10 @@ here the normals at an edge's ends tell its sagitta.
 import math
 
 import numpy as np
+from numba import prange
 
-from . import slivers
-from .jit import jit
+from . import edges, slivers
+from .jit import jit, parallel_jit
 
 #: An edge is turned if its sagitta falls below this share.
 _BETTER = 0.9
@@ -64,14 +65,48 @@ def _worst(p, normal, a, b, top, bottom, facing):
 
 
 @jit
-def _turn(p, faces, normal, rank, head, following, t, c, least, facing):
+def _opposite(count, faces):
+    """Across the edge opposite to each corner (3 F,) the corner opposite to it, or -1."""
+    across = np.full(3 * len(faces), -1, np.int32)
+    sides = edges.paired_sides(count, faces)
+    for q in range(len(sides)):
+        one, other = sides[q, 0], sides[q, 1]
+        s, t = one // 3, other // 3
+        if faces[s, one % 3] == faces[t, (other + 1) % 3]:
+            one, other = 3 * s + (one + 2) % 3, 3 * t + (other + 2) % 3
+            across[one], across[other] = other, one
+    return across
+
+
+@jit
+def _joined(faces, across, valence, t, c, vertex):
+    """Whether an edge joins corner c of triangle t to a vertex; also if not all of its triangles are found."""
+    found = 0
+    for turn in (1, 2):
+        s, e = t, c
+        while True:
+            if found > 0 and s == t and turn == 1:
+                break  # all the way around
+            if turn == 1 or s != t:
+                found += 1
+                if faces[s, (e + 1) % 3] == vertex or faces[s, (e + 2) % 3] == vertex:
+                    return True
+            other = across[3 * s + (e + turn) % 3]
+            if other < 0:
+                break
+            s, e = other // 3, (other % 3 + turn) % 3
+        if found == valence:
+            return False
+    return True
+
+
+@jit
+def _turn(p, faces, normal, rank, across, valence, t, c, least, facing):
     """Turn the edge opposite to corner c of triangle t if that helps; the triangle behind it, or -1 if it stays."""
     top, a, b = faces[t, c], faces[t, (c + 1) % 3], faces[t, (c + 2) % 3]
     sagitta = _sagitta(p, normal, a, b)
-    if sagitta < least:
-        return -1
-    other = slivers._across(faces, head, following, t, c)
-    if other < 0:
+    other = across[3 * t + c]
+    if sagitta < least or other < 0:
         return -1
     s, e = other // 3, other % 3
     bottom = faces[s, e]
@@ -84,44 +119,61 @@ def _turn(p, faces, normal, rank, head, following, t, c, least, facing):
     before, after = _worst(p, normal, a, b, top, bottom, facing)
     if after < _THINNEST and after <= before:
         return -1
-    if slivers._few(head, following, a) or slivers._few(head, following, b):
+    if valence[a] < 4 or valence[b] < 4:
         return -1
-    if slivers._joined(faces, head, following, top, bottom):
+    if valence[top] <= valence[bottom]:
+        joined = _joined(faces, across, valence[top], t, c, bottom)
+    else:
+        joined = _joined(faces, across, valence[bottom], s, e, top)
+    if joined:
         return -1
-    slivers._replace(faces, head, following, 3 * t + (c + 2) % 3, bottom)
-    slivers._replace(faces, head, following, 3 * s + (e + 2) % 3, top)
+    behind_t, behind_s = across[3 * t + (c + 1) % 3], across[3 * s + (e + 1) % 3]
+    faces[t, (c + 2) % 3], faces[s, (e + 2) % 3] = bottom, top
+    _meet(across, 3 * t + (c + 1) % 3, 3 * s + (e + 1) % 3)
+    _meet(across, 3 * t + c, behind_s)
+    _meet(across, 3 * s + e, behind_t)
+    valence[a], valence[b] = valence[a] - 1, valence[b] - 1
+    valence[top], valence[bottom] = valence[top] + 1, valence[bottom] + 1
     return s
 
 
 @jit
+def _meet(across, one, other):
+    """Let two corners, or one corner and none, be opposite across an edge."""
+    across[one] = other
+    if other >= 0:
+        across[other] = one
+
+
 def around_curved(position, faces, normal, least):
     """Triangles (N,) around all vertices of those with an edge that misses the surface by ``least`` mm or more.
 
     Only these change if such edges are turned or split, however often. Parameters as for :func:`turn_edges`.
     """
-    marked = np.zeros(len(position), np.bool_)
-    for t in range(len(faces)):
+    return np.flatnonzero(_are_around_curved(position, faces, normal, least))
+
+
+@parallel_jit
+def _are_around_curved(position, faces, normal, least):
+    marked, near = np.zeros(len(position), np.bool_), np.empty(len(faces), np.bool_)
+    for t in prange(len(faces)):
         for c in range(3):
             if _sagitta(position, normal, faces[t, c], faces[t, (c + 1) % 3]) >= least:
                 marked[faces[t, 0]] = marked[faces[t, 1]] = marked[faces[t, 2]] = True
                 break
-    near = np.empty(len(faces), np.int64)
-    count = 0
-    for t in range(len(faces)):
-        if marked[faces[t, 0]] or marked[faces[t, 1]] or marked[faces[t, 2]]:
-            near[count] = t
-            count += 1
-    return near[:count]
+    for t in prange(len(faces)):
+        near[t] = marked[faces[t, 0]] or marked[faces[t, 1]] or marked[faces[t, 2]]
+    return near
 
 
-@jit
+@parallel_jit
 def curved_edges(position, faces, normal, rank, least, shortest):
     """Which edges (F, 3), from each corner of a face to the next, miss the surface by more than ``least`` mm.
 
     Those shorter than ``shortest`` mm do not count.
     """
     curved = np.zeros((len(faces), 3), np.bool_)
-    for t in range(len(faces)):
+    for t in prange(len(faces)):
         for c in range(3):
             a, b = faces[t, c], faces[t, (c + 1) % 3]
             if max(rank[a], rank[b]) < slivers.FIXED:
@@ -132,35 +184,43 @@ def curved_edges(position, faces, normal, rank, least, shortest):
     return curved
 
 
-@jit
 def turn_edges(position, faces, normal, rank, least):
     """Turn edges of faces (F, 3) that miss the surface by ``least`` mm or more, in place, so that they miss it by less.
 
     ``normal`` (V, 3) are the unit normals of the vertices (V, 3), zero for those on creases; where ``rank`` (V,) is
-    ``FIXED`` they may be off the surface, and their edges stay. The topology stays what it is.
+    ``FIXED`` they may be off the surface, and their edges stay. The topology stays what it is. Call it inside
+    :func:`cad_implicit.parallel.threads`.
     """
     near = around_curved(position, faces, normal, least)
     own = faces[near]
-    head, following = slivers._link(own, len(position))
+    _turn_all(position, own, normal, rank, least)
+    faces[near] = own
+
+
+@jit
+def _turn_all(position, faces, normal, rank, least):
+    across, valence = _opposite(len(position), faces), np.zeros(len(position), np.int32)
+    for t in range(len(faces)):
+        for c in range(3):
+            valence[faces[t, c]] += 1
     facing = np.empty(3)
-    queue, state = np.arange(len(own)), np.full(len(own), _NEW, np.int8)
-    first, count, looks = 0, len(own), 0
-    while count > 0 and looks < _LOOKS * len(own):
+    queue, state = np.arange(len(faces)), np.full(len(faces), _NEW, np.int8)
+    first, count, looks = 0, len(faces), 0
+    while count > 0 and looks < _LOOKS * len(faces):
         t = queue[first]
-        first, count, looks = (first + 1) % len(own), count - 1, looks + 1
+        first, count, looks = (first + 1) % len(faces), count - 1, looks + 1
         new = state[t] == _NEW
         state[t] = _DONE
         for c in range(3):
-            if new and own[t, (c + 1) % 3] > own[t, (c + 2) % 3]:
+            if new and faces[t, (c + 1) % 3] > faces[t, (c + 2) % 3]:
                 continue  # is looked at from the other side
-            s = _turn(position, own, normal, rank, head, following, t, c, least, facing)
+            s = _turn(position, faces, normal, rank, across, valence, t, c, least, facing)
             if s < 0:
                 continue
             for turned in (t, s):
                 waits = state[turned] != _DONE
                 state[turned] = _TURNED
                 if not waits:
-                    queue[(first + count) % len(own)] = turned
+                    queue[(first + count) % len(faces)] = turned
                     count += 1
             break
-    faces[near] = own

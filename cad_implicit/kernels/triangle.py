@@ -113,22 +113,27 @@ def closest_on_triangle(corners, t, px, py, pz):
     return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, feature
 
 
-@parallel_jit
 def leaf_blocks(corners, first):
     """Precompute (L, 21, 4) for :func:`leaf_distances`: by leaf, number and triangle, so that four go through at once.
 
     Corner a, edges u and v from it, vectors that give the barycentric coordinates of u and v, unit normal, and one
     over the squared lengths of u, v and v - u. Zero where that has no meaning; unused places are far away.
     """
-    blocks = np.zeros((len(first) - 1, 21, LEAF))
-    for leaf in numba.prange(len(first) - 1):
-        _fill_block(corners, first[leaf], first[leaf + 1], blocks[leaf])
+    # NumPy asks for huge pages: threads that share memory of Numba's own wait for each page, ten times as long in all.
+    blocks = np.empty((len(first) - 1, 21, LEAF))
+    _fill_blocks(corners, first, blocks)
     return blocks
+
+
+@parallel_jit
+def _fill_blocks(corners, first, blocks):
+    for leaf in numba.prange(len(blocks)):
+        _fill_block(corners, first[leaf], first[leaf + 1], blocks[leaf])
 
 
 @jit
 def _fill_block(corners, start, stop, block):
-    block[:3] = _NOWHERE
+    block[:3], block[3:] = _NOWHERE, 0.0
     for t in range(start, stop):
         b = block[:, t - start]
         for d in range(3):

@@ -14,7 +14,7 @@ from numba import prange
 from .jit import jit, parallel_jit
 from .lanes import choose, lanes, root
 from .partition import WIDTH
-from .stack import CHUNK, new_stack
+from .stack import CHUNK, dealt, new_stack
 from .triangle import half_solid_angle
 
 #: A node counts as far beyond this many of its radii. Largest errors of the winding number on a CAD part of 5k
@@ -74,8 +74,9 @@ def winding_numbers(tree, points):
     """Winding numbers ``(N,)`` at points ``(N, 3)`` in mm."""
     out = np.zeros(len(points))
     centre, scale = tree.frame[:3], tree.frame[3]
-    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
-        stack = new_stack()
+    chunks = (len(points) + CHUNK - 1) // CHUNK
+    for number in prange(chunks):
+        stack, chunk = new_stack(), dealt(number, chunks)
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
             x, y, z = (
                 (points[q, 0] - centre[0]) / scale,

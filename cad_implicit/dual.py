@@ -11,6 +11,7 @@ Promised: the mesh is closed, oriented outward and 2-manifold, whatever the func
 
 from __future__ import annotations
 
+import math
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -281,7 +282,8 @@ class _Run:
         v = vertices
         if self.draft:
             with self.kernels(len(v.quads)):
-                faces, _ = mesh_kernels.triangles(v.quads[v.whole], normal[v.whole], v.normal, v.position, v.rank)
+                quads, facing = v.quads[v.whole], normal[v.whole]
+                faces, _ = mesh_kernels.triangles(quads, facing, v.normal, v.position, v.rank, math.inf)
             return v.position, faces, np.zeros(0, np.int64)
         pieces = Pieces(self.bricks, cells, foot, normal, v.position, v.normal, v.rank, v.quads, v.whole, v.between)
         position, faces, normals, rank, origin = triangulate(pieces, self.kernels)

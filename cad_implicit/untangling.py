@@ -186,9 +186,10 @@ def _tidy_triangles(
     fanned = cut | np.any(p.between[zone.quads] >= 0, axis=1) if len(p.between) else cut
     plain, special, cut = zone.quads[~fanned], zone.quads[fanned], cut[fanned]
     position, edge_points = _moved(p, step)
+    curved = _CURVED * p.bricks.spacing
     rank = np.where(step >= _MIDDLE, np.int8(1), p.rank)
     with threads(len(plain)):
-        faces, facing = mesh_kernels.triangles(p.quads[plain], p.normal[plain], p.smooth, position, rank)
+        faces, facing = mesh_kernels.triangles(p.quads[plain], p.normal[plain], p.smooth, position, rank, curved)
     rank[(step >= _IN_CELL) | zone.border] = slivers.FIXED
     if len(special):
         fans, source = _fans(p, step, special, cut)
@@ -203,7 +204,7 @@ def _tidy_triangles(
         normals = np.concatenate([normals, np.where(cut[:, None], 0.0, p.normal[special])])
     rank[: len(step)][step > 0] = slivers.FIXED
     with threads(len(faces)):
-        turn_edges(position, faces, normals, rank, _CURVED * p.bricks.spacing)
+        turn_edges(position, faces, normals, rank, curved)
     return position, faces, normals, rank, special
 
 

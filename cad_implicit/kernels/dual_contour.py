@@ -9,6 +9,7 @@ import math
 import numba
 import numpy as np
 
+from . import sagitta
 from .cell_tables import LOOP_OF_EDGE
 from .crossings import axis_steps, decode_edge, edge_index
 from .jit import jit, parallel_jit
@@ -159,13 +160,22 @@ def _judge(p, a, b, c, hermite, smooth, scratch):
     return _score(p, a, b, c, scratch[0], scratch[1])
 
 
+@jit
+def _takes_straight(straight, crossed, least, straight_shape, crossed_shape):
+    """Which diagonal to take by how far both miss the surface and the worse shape beside them."""
+    if max(straight, crossed) < least:
+        return straight_shape >= crossed_shape
+    return straight <= crossed
+
+
 @parallel_jit
-def triangles(quad, normal, smooth, position, rank):
+def triangles(quad, normal, smooth, position, rank, least):
     """Two triangles (2 E, 3) of each quad, and the direction (2 E, 3) that each one should face.
 
     ``normal`` (E, 3) belongs to the quads, ``smooth`` (V, 3) to the vertices, zero for sharp ones. The diagonal
     joins two sharp vertices if only one does; else it is the one whose worse triangle agrees better with the
-    normals, or if both agree well, the one whose worse triangle has the better shape.
+    normals, or if both agree well, the one that is nearer to the surface; where no diagonal of four smooth vertices
+    misses it by ``least`` mm, the one whose worse triangle has the better shape.
     """
     out = np.empty((2 * len(quad), 3), np.int32)
     facing = np.empty((2 * len(quad), 3))
@@ -183,7 +193,13 @@ def triangles(quad, normal, smooth, position, rank):
             if sharp_straight != sharp_crossed:
                 take = sharp_straight
             elif straight > _GOOD_COSINE and crossed > _GOOD_COSINE:
-                take = min(shape1, shape2) >= min(shape3, shape4)
+                take = _takes_straight(
+                    sagitta.shared_sagitta(position, smooth, a, c, b, d),
+                    sagitta.shared_sagitta(position, smooth, b, d, a, c),
+                    least,
+                    min(shape1, shape2),
+                    min(shape3, shape4),
+                )
             else:
                 take = straight >= crossed
             if not take:

@@ -51,6 +51,14 @@ def _sagitta(p, normal, a, b):
 
 
 @jit
+def shared_sagitta(p, normal, a, b, c, d):
+    """Sagitta of a diagonal a b of a quad of smooth vertices; -1 if one of the four is sharp."""
+    if not (_is_smooth(normal, a) and _is_smooth(normal, b) and _is_smooth(normal, c) and _is_smooth(normal, d)):
+        return -1.0
+    return _sagitta(p, normal, a, b)
+
+
+@jit
 def _worst(p, normal, a, b, top, bottom, facing):
     """Qualities of the worse triangle of a quad on either side of a b, and of top bottom."""
     length = 0.0

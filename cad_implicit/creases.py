@@ -110,7 +110,8 @@ class Edges:
 
 def _sharp_edges(points: FloatArray, faces: Faces, sharp: NDArray[np.bool_], fresh: NDArray[np.bool_]) -> Edges:
     """Edges between two sharp vertices, one of them fresh, that two triangles share."""
-    rows = np.flatnonzero(sharp[faces].sum(axis=1) > 1)
+    a, b, c = sharp[faces].T
+    rows = np.flatnonzero((a & b) | (c & (a | b)))
     start, end = faces[rows].astype(np.int64), np.roll(faces[rows], -1, axis=1).astype(np.int64)
     row, corner = np.nonzero(sharp[start] & sharp[end] & (fresh[start] | fresh[end]))
     start, end = start[row, corner], end[row, corner]
@@ -175,10 +176,11 @@ def cut(faces: Faces, between: Faces) -> tuple[Faces, NDArray[np.int64]]:
     origin : (G,) int64
         The triangle that each was a part of.
     """
-    which = np.flatnonzero((between >= 0).any(axis=1))
+    which = np.unique(np.flatnonzero(between >= 0) // 3)
+    whole = np.ones(len(faces), np.bool_)
+    whole[which] = False
     corners, middles = faces[which], between[which]
-    pieces = [np.delete(faces, which, axis=0)]
-    origin = [np.delete(np.arange(len(faces)), which)]
+    pieces, origin = [faces[whole]], [np.flatnonzero(whole)]
     number_cut = (middles >= 0).sum(axis=1)
     for cuts in (1, 2, 3):
         own = number_cut == cuts

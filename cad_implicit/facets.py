@@ -160,5 +160,5 @@ class _Split:
 
 def _missed(ends: FloatArray, normals: FloatArray) -> FloatArray:
     """Sagittas (E,) of edges with ends and normals (E, 2, 3), zero where none of them is known."""
-    heights = np.abs((normals * (ends[:, 1] - ends[:, 0])[:, None]).sum(axis=2))
-    return np.asarray(heights.max(axis=1) / 4)
+    one, other = np.abs(np.einsum("eij,ej->ie", normals, ends[:, 1] - ends[:, 0]))
+    return np.asarray(np.maximum(one, other) / 4)

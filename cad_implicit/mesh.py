@@ -68,8 +68,8 @@ class Mesh:
             raise InvalidMeshError(f"faces must be integers, not {f.dtype}")
         if f.min() < 0 or f.max() >= len(v):
             raise InvalidMeshError(f"faces name vertices {f.min()}..{f.max()}, but there are {len(v)}")
-        bad = int((~(np.abs(v) <= _FARTHEST)).any(axis=1).sum())
-        if bad:
+        if not np.abs(v).max() <= _FARTHEST:
+            bad = int((~(np.abs(v) <= _FARTHEST)).any(axis=1).sum())
             raise InvalidMeshError(
                 f"{bad} of {len(v)} vertices are not finite or beyond {_FARTHEST:g} mm; remove them before meshing"
             )

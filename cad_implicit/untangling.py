@@ -154,14 +154,14 @@ def _zone_around(p: Pieces, start: NDArray[np.bool_], border: NDArray[np.bool_])
     own = p.cells.vertices
     inner, trusted = start.copy(), start.copy()
     for ring in range(_RINGS):
-        chosen = inner[p.quads].any(axis=1)
+        chosen = np.unique(np.flatnonzero(inner[p.quads]) // 4)
         closed = inner.copy()
         inner[p.quads[chosen]] = True
         if ring == _TRUSTED_RINGS:
             trusted = closed
     closed[own:] = True
     trusted[own:] = True
-    return _Zone(np.flatnonzero(chosen & p.whole), ~closed | border, trusted)
+    return _Zone(chosen[p.whole[chosen]], ~closed | border, trusted)
 
 
 def _tangled(

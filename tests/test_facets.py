@@ -9,7 +9,7 @@ import shapes
 from dual_oracles import FloatArray, broken_edges, smallest_angles, status
 from scipy.spatial.transform import Rotation
 
-from cad_implicit import Mesh, MeshDistance, contour, facets, untangling
+from cad_implicit import Mesh, MeshDistance, contour, facets, parallel, untangling
 from cad_implicit.dual import dual_contour
 from cad_implicit.exact import Closing
 from cad_implicit.kernels import sagitta, slivers

@@ -91,11 +91,10 @@ def build_tree(
     # A round centre keeps round coordinates exact.
     centre = np.round((low / 2 + high / 2) / scale * 1024) / 1024 * scale
     corners = (used - np.tile(centre, 3)) / scale
-    a, b, c = corners[:, :3], corners[:, 3:6], corners[:, 6:]
-    vectors = np.cross(b - a, c - a) / 2
     order = np.arange(len(faces), dtype=np.int32)
     children, ranges, first = partition(_boxes(corners), order, even)
-    corners, vectors = corners[order], vectors[order]
+    corners = corners[order]
+    vectors = _areas(corners)
     if signed:
         normals, doubtful = pseudonormals(corners, faces[order], len(vertices))
     else:
@@ -126,6 +125,18 @@ def _boxes(corners):
             x, y, z = corners[t, d], corners[t, 3 + d], corners[t, 6 + d]
             boxes[t, d], boxes[t, 3 + d] = min(x, y, z), max(x, y, z)
     return boxes
+
+
+@jit
+def _areas(corners):
+    """Area vectors (F, 3) of triangles (F, 9)."""
+    vectors = np.empty((len(corners), 3))
+    for t in range(len(corners)):
+        c = corners[t]
+        ux, uy, uz, vx, vy, vz = c[3] - c[0], c[4] - c[1], c[5] - c[2], c[6] - c[0], c[7] - c[1], c[8] - c[2]
+        vectors[t, 0], vectors[t, 1] = (uy * vz - uz * vy) / 2, (uz * vx - ux * vz) / 2
+        vectors[t, 2] = (ux * vy - uy * vx) / 2
+    return vectors
 
 
 @jit

@@ -153,7 +153,7 @@ def _meet(across, one, other):
         across[other] = one
 
 
-def around_curved(position, faces, normal, least):
+def around_curved(position: np.ndarray, faces: np.ndarray, normal: np.ndarray, least: float) -> np.ndarray:
     """Triangles (N,) around all vertices of those with an edge that misses the surface by ``least`` mm or more.
 
     Only these change if such edges are turned or split, however often. Parameters as for :func:`turn_edges`.
@@ -192,7 +192,7 @@ def curved_edges(position, faces, normal, rank, least, shortest):
     return curved
 
 
-def turn_edges(position, faces, normal, rank, least):
+def turn_edges(position: np.ndarray, faces: np.ndarray, normal: np.ndarray, rank: np.ndarray, least: float) -> None:
     """Turn edges of faces (F, 3) that miss the surface by ``least`` mm or more, in place, so that they miss it by less.
 
     ``normal`` (V, 3) are the unit normals of the vertices (V, 3), zero for those on creases; where ``rank`` (V,) is

@@ -113,7 +113,7 @@ def closest_on_triangle(corners, t, px, py, pz):
     return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2, x, y, z, feature
 
 
-def leaf_blocks(corners, first):
+def leaf_blocks(corners: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Precompute (L, 21, 4) for :func:`leaf_distances`: by leaf, number and triangle, so that four go through at once.
 
     Corner a, edges u and v from it, vectors that give the barycentric coordinates of u and v, unit normal, and one

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
+
 import exact_cases as cases
 import numpy as np
 import pytest
@@ -128,6 +130,9 @@ class _Kinked:
     """Says that a surface is where it is expected, but is wrong about the middles of new edges."""
 
     spacing = 0.6
+
+    def kernels(self, items: int) -> AbstractContextManager[None]:
+        return parallel.threads(1, items)
 
     def onto_face(self, points: FloatArray, enough: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
         return points, points / np.linalg.norm(points, axis=1)[:, None], np.ones(len(points), np.bool_)

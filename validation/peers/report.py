@@ -30,20 +30,31 @@ def place(row: Row) -> tuple[str, str, int]:
     return row["part"], row["operation"], row["cells"]
 
 
-def sooner(rows: list[Row], peer: Row, error: Error) -> tuple[float, bool]:
-    """How many times longer a peer took than we for its error, and whether that is a lower bound.
+def sooner(rows: list[Row], peer: str, part: str, operation: str, error: Error) -> float:
+    """How many times longer a peer takes than we for the same error, the least of all errors that both reach.
 
-    Our time between two spacings is interpolated, both logarithmic. Where already our widest spacing is more accurate
-    its time counts, a bound; where our narrowest is less accurate the factor is 0.
+    Times between two spacings are interpolated, both logarithmic. NaN where no error is reached by both: a peer is less
+    accurate at all of its spacings, or more.
     """
+    curves = []
+    for method in (OURS, peer):
+        own = [row for row in rows if row["method"] == method and place(row)[:2] == (part, operation) and error in row]
+        own.sort(key=lambda row: float(row[error]))
+        curves.append([np.log([row[key] for row in own]) for key in (error, "seconds")])
+    (ours, our_times), (theirs, their_times) = curves
+    if min(len(ours), len(theirs)) == 0:
+        return float("nan")
+    both = np.concatenate([ours, theirs])
+    both = both[(both >= max(ours[0], theirs[0])) & (both <= min(ours[-1], theirs[-1]))]
+    factors = np.exp(np.interp(both, theirs, their_times) - np.interp(both, ours, our_times))
+    return float(factors.min()) if len(factors) else float("nan")
+
+
+def at_widest(rows: list[Row], peer: Row, error: Error) -> float:
+    """How many times longer a peer took than the fastest of our runs that are no less accurate; 0 if none is."""
     own = [row for row in rows if row["method"] == OURS and place(row)[:2] == place(peer)[:2] and error in row]
-    own.sort(key=lambda row: float(row[error]))
-    if not own or peer[error] < own[0][error]:
-        return 0.0, False
-    if peer[error] >= own[-1][error]:
-        return peer["seconds"] / min(row["seconds"] for row in own), True
-    errors, times = (np.log([row[key] for row in own]) for key in (error, "seconds"))
-    return peer["seconds"] / float(np.exp(np.interp(np.log(peer[error]), errors, times))), False
+    times = [row["seconds"] for row in own if row[error] <= peer[error]]
+    return peer["seconds"] / min(times) if times else 0.0
 
 
 def details(rows: list[Row]) -> str:
@@ -79,8 +90,9 @@ def summary(rows: list[Row]) -> str:
     peers = [name for name in dict.fromkeys(row["method"] for row in rows) if name != OURS]
     lines = [
         f"`python -m validation.peers --readme`, {datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores: times as long "
-        "as ours for the same RMS error of the blend and for the same largest one; the least of all spacings. ≥: our "
-        "widest spacing is more accurate already.\n",
+        "as ours for the same RMS error of the blend, and for the same largest one; the least of all errors that both "
+        "reach, times between two spacings interpolated. Where a peer reaches none of ours: ≥, times as long as the "
+        "fastest of our runs that are no less accurate.\n",
         "| part | operation | " + " | ".join(peers) + " |",
         "|" + " --- |" * (2 + len(peers)),
     ]
@@ -97,8 +109,12 @@ def _factors(rows: list[Row], runs: list[Row]) -> str:
     done = [row for row in runs if "rms" in row]
     if not done:
         return runs[0]["failed"] if runs else "–"
-    least = [min(sooner(rows, row, error) for row in done) for error in ("rms", "maximum")]
-    shown = ["less accurate" if factor == 0 else f"{'≥ ' * bound}{factor:.2g}x" for factor, bound in least]
+    shown = []
+    for error in ("rms", "maximum"):
+        factor = sooner(rows, done[0]["method"], *place(done[0])[:2], error)
+        bound = min(at_widest(rows, row, error) for row in done)
+        beyond = f"≥ {bound:.2g}x" if bound else "less accurate"
+        shown.append(beyond if np.isnan(factor) else f"{factor:.2g}x")
     return ", ".join(shown)
 
 
@@ -117,9 +133,18 @@ def _verdict(rows: list[Row]) -> str:
     named = "; ".join(f"{row['method']} on {row['part']}, {row['operation']}, r/{row['cells']}" for row in better)
     texts = [f"Both faster and more accurate than a run of ours: {named or 'none'}."]
     fastest = [row for row in done if row["method"] == FASTEST]
-    if fastest:
-        rms, largest = (min(sooner(rows, row, error)[0] for row in fastest) for error in ("rms", "maximum"))
-        texts.append(f"{FASTEST}: at least {rms:.2g}x for the same RMS error, {largest:.2g}x for the same largest.")
+    for operation, name in OPERATIONS.items():
+        runs = [row for row in fastest if row["operation"] == operation]
+        if runs:
+            same = [
+                np.nanmin([sooner(rows, FASTEST, *place(row)[:2], error) for row in runs])
+                for error in ("rms", "maximum")
+            ]
+            beside = [min(at_widest(rows, row, error) for row in runs) for error in ("rms", "maximum")]
+            texts.append(
+                f"{FASTEST}, {name}: at least {same[0]:.2g}x for the same RMS error, {same[1]:.2g}x for the same "
+                f"largest; {beside[0]:.2g}x and {beside[1]:.2g}x beside our fastest run that is no less accurate."
+            )
     return " ".join(texts)
 
 

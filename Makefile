@@ -33,13 +33,13 @@ test-cadquery: $(VENV)/ready
 	$(VENV)/bin/python -m pytest -n auto --dist loadfile
 
 test-build123d: $(VENV_B123D)/ready
-	$(VENV_B123D)/bin/python -m pytest -m host tests
+	$(VENV_B123D)/bin/python -m pytest -n auto --dist loadfile -m host tests
 
 # FREECAD=required fails where FreeCAD is not installed.
 ifneq ($(wildcard $(FREECAD_LIBRARY)/FreeCAD.so),)
 test-freecad: $(VENV_FREECAD)/ready
 	FREECAD_LIBRARY=$(FREECAD_LIBRARY) PYTHONPATH=$(CURDIR) LANG=C.UTF-8 \
-		$(VENV_FREECAD)/bin/python -m pytest -m freecad tests/freecad \
+		$(VENV_FREECAD)/bin/python -m pytest -n auto --dist loadfile -m freecad tests/freecad \
 		--ignore=tests/freecad/gui_pytest.py
 	tests/freecad/run_gui.sh $$($(VENV_FREECAD)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")
 else
@@ -80,7 +80,7 @@ $(VENV_FREECAD)/ready: pyproject.toml
 	$(VENV_FREECAD)/bin/python -c "import numpy, scipy; print(f'numpy=={numpy.__version__}\nscipy=={scipy.__version__}')" \
 		> $(VENV_FREECAD)/constraints.txt
 	$(VENV_FREECAD)/bin/python $(PIP) -c $(VENV_FREECAD)/constraints.txt numba manifold3d scikit-image trimesh lxml \
-		networkx pynrrd psutil typer rich plotly pytest hypothesis
+		networkx pynrrd psutil typer rich plotly pytest pytest-xdist hypothesis
 	touch $@
 
 clean:

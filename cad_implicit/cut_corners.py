@@ -85,8 +85,8 @@ def mend_corners(
     edges = run.off(mesh, _bent(mesh))
     if len(edges.ends) == 0:
         return mesh
-    near = _near(mesh.vertices, mesh.vertices[edges.ends].mean(axis=1), _AROUND * spacing)
-    own = near[mesh.faces].any(axis=1)
+    around = around_places(mesh.vertices, mesh.vertices[edges.ends].mean(axis=1), _AROUND * spacing)
+    own = around[mesh.faces].any(axis=1)
     patch = Mesh(mesh.vertices, mesh.faces[own])
     edges, stuck = _same(edges, _bent(patch)), 0
     for number in range(_PASSES):
@@ -100,7 +100,7 @@ def mend_corners(
     return Mesh(patch.vertices, np.concatenate([mesh.faces[~own], patch.faces]))
 
 
-def _near(points: FloatArray, places: FloatArray, reach: float) -> NDArray[np.bool_]:
+def around_places(points: FloatArray, places: FloatArray, reach: float) -> NDArray[np.bool_]:
     """Points (N, 3) in the cells, ``reach`` mm wide, of places and next to them: all that are nearer, and some more."""
     low = (np.floor(points.min(axis=0) / reach) - 2) * reach  # the same cells whatever else there is
     size = ((points.max(axis=0) - low) / reach).astype(np.int64) + 3

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parallel
-from .cut_corners import FAR
+from .cut_corners import FAR, around_places
 from .distance import MeshDistance
 from .dual import dual_contour
 from .errors import CadImplicitError, EmptyResultError, SpacingError
@@ -45,8 +45,10 @@ _SHORT = 0.25
 _FOLD = 0.05
 
 #: Share of the shifts and of the first of the lengths that are left where even so triangles run through each other, as
-#: between faces that touch along a line; vertices are where facets cross then.
+#: between faces that touch along a line; vertices are where facets cross then. Within so many spacings at first, and
+#: around what is left then; at last everywhere.
 _LESS = 2e-3
+_CALM = (2.0, 6.0)
 
 #: Shapes are shrunk by so many spacings for the boolean, and moved by a smaller vector: faces that lie in faces of the
 #: part, for instance where a blend ends, would meet them in rounding errors. (With 0, 3 of 900 joints held triangles
@@ -277,18 +279,28 @@ class _Seams:
         moves = np.zeros_like(points)
         moves[self.made] = target - points[self.made]
         for number in range(_ROUNDS):
-            position = points + moves
-            faces, facing = self._tidied(position)
-            bad = np.unique(faces[self._tangled(position, faces, facing)])
+            faces, facing, bad = self._tidied(points + moves, np.zeros(len(points), np.bool_))
             if len(bad) == 0:
-                return self._result(position, faces, facing)
-            bad = bad[moves[bad].any(axis=1)]
-            if len(bad) == 0:
+                return self._result(points + moves, faces, facing)
+            back = bad[moves[bad].any(axis=1)]
+            if len(back) == 0:
                 break
             if number > 1:
-                bad = np.unique(joint.faces[np.isin(joint.faces, bad).any(axis=1)])
-            moves[bad] = self._shorter(bad.astype(np.int64), surfaces) if number == 0 else 0.0
-        return self._result(points, *self._tidied(points, _LESS))
+                back = np.unique(joint.faces[np.isin(joint.faces, back).any(axis=1)])
+            moves[back] = self._shorter(back.astype(np.int64), surfaces) if number == 0 else 0.0
+        return self._calmed(moves, bad)
+
+    def _calmed(self, moves: FloatArray, bad: NDArray[np.int32]) -> Mesh:
+        """Mesh with seams that are not polished, and hardly tidied, around vertices of triangles that stay tangled."""
+        points, calm = self.joint.vertices, np.zeros(len(moves), np.bool_)
+        for reach in _CALM:
+            calm |= around_places(points, points[bad], reach * self.spacing)
+            moves[calm] = 0.0
+            faces, facing, bad = self._tidied(points + moves, calm)
+            if len(bad) == 0:
+                return self._result(points + moves, faces, facing)
+        faces, facing, _ = self._tidied(points, np.ones(len(points), np.bool_))
+        return self._result(points, faces, facing)
 
     def _shorter(self, vertices: NDArray[np.int64], surfaces: list[Evaluate | None]) -> FloatArray:
         """Find moves (N, 3) of vertices onto that one of two shapes which decides, where the other does not afterwards.
@@ -328,13 +340,19 @@ class _Seams:
         table = np.stack([number[joint.faces[row, corner]], joint.surface[row], joint.facet[row]])
         return Facets(*np.unique(table, axis=1))
 
-    def _tidied(self, position: FloatArray, share: float = 1.0) -> tuple[NDArray[np.int32], FloatArray]:
+    def _tidied(
+        self, position: FloatArray, calm: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.int32], FloatArray, NDArray[np.int32]]:
+        """Triangles, what they face, and vertices of those still tangled; less is done at ``calm`` vertices (V,)."""
         faces, facing = self.joint.faces.copy(), self.joint.facing.copy()
         loose = self.loose.astype(np.int8)
         loose[self.made] = 2
-        limits = self.spacing * np.array([share * _SHIFT, share * _TINY, _SHORT, share * _FOLD])
-        kept = seams.tidy(position, faces, facing, loose, *limits)
-        return faces[kept], facing[kept]
+        for own, share in ((~calm, 1.0), (calm, _LESS)):
+            if own.any():
+                limits = self.spacing * np.array([share * _SHIFT, share * _TINY, _SHORT, share * _FOLD])
+                kept = seams.tidy(position, faces, facing, np.where(own, loose, np.int8(0)), *limits)
+                faces, facing = faces[kept], facing[kept]
+        return faces, facing, np.unique(faces[self._tangled(position, faces, facing)])
 
     def _tangled(self, position: FloatArray, faces: NDArray[np.int32], facing: FloatArray) -> NDArray[np.intp]:
         """Triangles at loose vertices that run through each other, or face the wrong way."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from stitching_regions import (
@@ -23,7 +25,7 @@ from stitching_regions import (
     outside_torus,
 )
 
-from cad_implicit import Mesh
+from cad_implicit import Mesh, stitching
 from cad_implicit.distance import MeshDistance
 from cad_implicit.dual import dual_contour
 from cad_implicit.errors import EmptyResultError, OpenMeshError, SpacingError
@@ -202,6 +204,34 @@ def test_seams_of_added_and_removed_shapes(radius: float) -> None:
     result = stitched(part, [inner], [groove], H)
     check_sound(result)
     assert off_stitched(result, part, [inner], [groove]).max() < 5e-3 * H
+
+
+@pytest.mark.parametrize("calm_reach", [stitching._CALM, ()])
+def test_seams_far_from_a_tangle_stay_polished(monkeypatch: pytest.MonkeyPatch, calm_reach: tuple[float, ...]) -> None:
+    part = angle_profile()
+    inner = edge_region(at(10, 0, 8), at(10, 36, 8), (X, Z), 4 * H, MARGIN, convex=False, cuts=(0, 0))
+    groove = edge_region(at(10, 9, 8), at(30, 9, 8), (Y, Z), 3.2 * H, MARGIN, convex=True, cuts=(MARGIN, MARGIN))
+    tangled, calmed = stitching._Seams._tangled, stitching._Seams._calmed
+    place, calm = at(30, 9 - 3.2 * H, 8), False
+
+    def stuck(run: Any, position: FloatArray, faces: np.ndarray, facing: FloatArray) -> np.ndarray:
+        near = (np.linalg.norm(position - place, axis=1) < H) & run.loose
+        return tangled(run, position, faces, facing) if calm else np.flatnonzero(near[faces].any(axis=1))
+
+    def late(run: Any, moves: FloatArray, bad: np.ndarray) -> Mesh:
+        nonlocal calm
+        calm = True
+        return calmed(run, moves, bad)
+
+    monkeypatch.setattr(stitching, "_CALM", calm_reach)
+    monkeypatch.setattr(stitching._Seams, "_tangled", stuck)
+    monkeypatch.setattr(stitching._Seams, "_calmed", late)
+    result = stitched(part, [inner], [groove], H)
+    assert calm
+    check_sound(result)
+    far = np.linalg.norm(result.vertices - place, axis=1) > 8 * H
+    off = off_stitched(result, part, [inner], [groove])[far].max()
+    assert (off < 5e-3 * H) == bool(calm_reach)
 
 
 def test_shape_smaller_than_a_cell() -> None:

@@ -88,24 +88,23 @@ def _opposite(count, faces):
 
 @jit
 def _joined(faces, across, valence, t, c, vertex):
-    """Whether an edge joins corner c of triangle t to a vertex; also if not all of its triangles are found."""
-    found = 0
+    """Whether an edge joins corner c of triangle t to a vertex; also if not all triangles around it are found."""
+    found = 1
+    if faces[t, (c + 1) % 3] == vertex or faces[t, (c + 2) % 3] == vertex:
+        return True
     for turn in (1, 2):
         s, e = t, c
-        while True:
-            if found > 0 and s == t and turn == 1:
-                break  # all the way around
-            if turn == 1 or s != t:
-                found += 1
-                if faces[s, (e + 1) % 3] == vertex or faces[s, (e + 2) % 3] == vertex:
-                    return True
+        while found <= valence:
             other = across[3 * s + (e + turn) % 3]
             if other < 0:
                 break
             s, e = other // 3, (other % 3 + turn) % 3
-        if found == valence:
-            return False
-    return True
+            if s == t:
+                return found != valence
+            found += 1
+            if faces[s, (e + 1) % 3] == vertex or faces[s, (e + 2) % 3] == vertex:
+                return True
+    return found != valence
 
 
 @jit

@@ -23,8 +23,12 @@ from .judges import unit
 #: Vertices farther than so many spacings from the part are on blends.
 _OFF = 2e-4
 
-#: Vertices that are looked at of either kind, and the neighbourhood in radii.
-_SAMPLES = 300
+#: Vertices of blends, and of blends and faces, that are looked at. (With 300 of a rounded box the 95th percentile of the
+#: radius was between 2.000 and 2.053 mm by chance, that of all is 2.013.)
+_SAMPLES = 10_000
+_CONTACTS = 300
+
+#: The neighbourhood in radii.
 _AROUND = 0.6
 
 #: Fits on blends take so many neighbours at most, so that few reach from a pipe to the ball at its end, and those at
@@ -92,7 +96,7 @@ def bending(mesh: Mesh, shape: Implicit, part: MeshDistance, radius: float, spac
         tree = cKDTree(mesh.vertices[inner])
         places = mesh.vertices[inner]
         normals = unit(-shape.value_and_gradient(places)[1])
-        for vertex in _some(inner):
+        for vertex in _some(inner, _SAMPLES):
             found = _fit(mesh.vertices[vertex], tree, places, normals, radius, _MOST)
             if found is not None and found[1] <= _FLAT * radius:
                 radii.append(found[1])
@@ -121,8 +125,8 @@ def _percentiles(values: list[float]) -> tuple[float, float, float]:
     return middle, low, high
 
 
-def _some(rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    return rows if len(rows) <= _SAMPLES else np.random.default_rng(0).choice(rows, _SAMPLES, replace=False)
+def _some(rows: NDArray[np.intp], most: int) -> NDArray[np.intp]:
+    return rows if len(rows) <= most else np.random.default_rng(0).choice(rows, most, replace=False)
 
 
 def _contacts(mesh: Mesh, new: NDArray[np.bool_], off: NDArray[np.bool_]) -> list[tuple[int, FloatArray]]:
@@ -131,7 +135,7 @@ def _contacts(mesh: Mesh, new: NDArray[np.bool_], off: NDArray[np.bool_]) -> lis
     beside[0, mesh.faces[new]] = beside[1, mesh.faces[~new]] = True
     normals = unit(mesh.face_vectors)
     found = []
-    for vertex in _some(np.flatnonzero(beside.all(axis=0) & ~off)).tolist():
+    for vertex in _some(np.flatnonzero(beside.all(axis=0) & ~off), _CONTACTS).tolist():
         around = np.flatnonzero((mesh.faces == vertex).any(axis=1))
         faces, blend = normals[around[~new[around]]], unit(mesh.face_vectors[around[new[around]]].sum(axis=0)[None])[0]
         found.append((vertex, faces[(faces @ blend).argmax()]))

@@ -23,8 +23,8 @@ from .judges import unit
 #: Vertices farther than so many spacings from the part are on blends.
 _OFF = 2e-4
 
-#: Vertices of blends, and of blends and faces, that are looked at. (With 300 of a rounded box the 95th percentile of the
-#: radius was between 2.000 and 2.053 mm by chance, that of all is 2.013.)
+#: Vertices of blends, and of blends and faces, that are looked at. (With 300 of a rounded box the 95th percentile of
+#: the radius was between 2.000 and 2.053 mm by chance, that of all is 2.013.)
 _SAMPLES = 10_000
 _CONTACTS = 300
 

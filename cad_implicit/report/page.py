@@ -165,7 +165,8 @@ def _trace(go: Any, mesh: Mesh, errors: FloatArray | None, top: float) -> Any:
     x, y, z = np.round(mesh.vertices, 5).T
     i, j, k = mesh.faces.T
     shape = {"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "flatshading": True}
-    light = {"ambient": 0.55, "diffuse": 0.7, "specular": 0.15, "roughness": 0.6}
+    # By default triangles that are small beside the picture have no normals, and are dark.
+    light = {"ambient": 0.55, "diffuse": 0.7, "specular": 0.15, "roughness": 0.6, "facenormalsepsilon": 0.0}
     if errors is None:
         return go.Mesh3d(**shape, color="#b9c4d0", lighting=light, hoverinfo="skip")
     return go.Mesh3d(

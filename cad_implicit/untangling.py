@@ -46,7 +46,7 @@ _ROUNDS = 24
 _GROWING = 12
 
 #: After the first round only the quads within so many rings of vertices that took a step are looked at, and tangles
-#: within so many rings, until there are none; then all are looked at again. That takes 1.5 s
+#: within so many rings, until there are none; then what came of the latter replaces what they were. That takes 1.5 s
 #: for 16 meshes, instead of 1.9 s.
 _RINGS = 6
 _TRUSTED_RINGS = 2
@@ -121,23 +121,41 @@ def triangulate(
     border[p.quads[~p.whole]] = True
     everywhere = _Zone(np.flatnonzero(p.whole), border, np.ones(len(step), np.bool_))
     zone = everywhere
+    unmoved = tidy = _tidy_triangles(p, step, zone, threads)
     for number in range(_ROUNDS):
-        position, faces, normals, rank, centres = _tidy_triangles(p, step, zone, threads)
-        used = _tangled(p, position, faces, centres, threads)
+        used = _tangled(p, tidy, threads)
         used = used[zone.trusted[used]]
-        if len(used):
-            step[used] = np.minimum(step[used] + 1, _MIDDLE)
-            if number >= _GROWING:
-                around = np.unique(p.quads[np.isin(p.quads, used).any(axis=1)])
-                step[around] = np.maximum(step[around], _CUT)
-            zone = everywhere if number == _ROUNDS - 2 else _zone_around(p, step > 0, border)
-        elif zone is everywhere:
-            break
-        else:
+        if len(used) == 0 and zone is not everywhere:
+            tidy = _replaced(p, step, zone, unmoved, tidy) or _tidy_triangles(p, step, everywhere, threads)
             zone = everywhere
-    vertices, faces, kept = slivers.compact(position, faces)
-    origin = np.concatenate([np.arange(len(p.position)), len(p.position) + centres])
-    return vertices, faces, normals[kept], rank[kept], origin[kept]
+            used = _tangled(p, tidy, threads)
+        if len(used) == 0 or number == _ROUNDS - 1:
+            break
+        step[used] = np.minimum(step[used] + 1, _MIDDLE)
+        if number >= _GROWING:
+            around = np.unique(p.quads[np.isin(p.quads, used).any(axis=1)])
+            step[around] = np.maximum(step[around], _CUT)
+        zone = everywhere if number == _ROUNDS - 2 else _zone_around(p, step > 0, border)
+        tidy = _tidy_triangles(p, step, zone, threads)
+    vertices, faces, kept = slivers.compact(tidy.position, tidy.faces)
+    origin = np.concatenate([np.arange(len(p.position)), len(p.position) + tidy.centres])
+    return vertices, faces, tidy.normals[kept], tidy.rank[kept], origin[kept]
+
+
+@dataclass(frozen=True, eq=False)
+class _Tidy:
+    """Triangles (F, 3), without slivers, and the quad (F,) that each one came from; their vertices.
+
+    These are the ones of the pieces and then one in each of the quads ``centres`` (C,): positions (N, 3), normals
+    (N, 3) and ranks (N,).
+    """
+
+    position: FloatArray
+    faces: Faces
+    quads: NDArray[np.int64]
+    normals: FloatArray
+    rank: NDArray[np.int8]
+    centres: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,24 +182,53 @@ def _zone_around(p: Pieces, start: NDArray[np.bool_], border: NDArray[np.bool_])
     return _Zone(chosen[p.whole[chosen]], ~closed | border, trusted)
 
 
-def _tangled(
-    p: Pieces,
-    position: FloatArray,
-    faces: Faces,
-    centres: NDArray[np.int64],
-    threads: Callable[[int], AbstractContextManager[None]],
-) -> NDArray[np.int64]:
-    """Vertices of the triangles that run through others; instead of a quad's centre, the vertices of the quad."""
-    with threads(len(faces)):
-        used = np.unique(faces[intersecting(position, faces, p.bricks.spacing)])
+def _replaced(p: Pieces, step: NDArray[np.int8], zone: _Zone, unmoved: _Tidy, moved: _Tidy) -> _Tidy | None:
+    """Put what came of a zone into what all quads come to if no vertex takes a step.
+
+    None if these do not fit: something was changed farther away for it.
+    """
     own = len(p.position)
-    return np.unique(np.concatenate([used[used < own], p.quads[centres[used[used >= own] - own]].ravel()]))
+    inner = np.zeros(len(p.quads), np.bool_)
+    inner[zone.quads] = zone.trusted[p.quads[zone.quads]].any(axis=1)
+    centres = np.union1d(unmoved.centres, moved.centres)
+    faces, left = [], []
+    for tidy in (unmoved, moved):
+        number = np.concatenate([np.arange(own), own + np.searchsorted(centres, tidy.centres)]).astype(np.int32)
+        faces.append(number[tidy.faces])
+        left.append(inner[tidy.quads] == (tidy is moved))
+    if not _same_border(faces[0][~left[0]], faces[1][left[1]], own + len(centres)):
+        return None
+    position, normals, rank = (
+        np.concatenate([new[:own], np.zeros((len(centres), *new.shape[1:]), new.dtype)])
+        for new in (moved.position, moved.normals, np.where(step > 0, slivers.FIXED, unmoved.rank[:own]))
+    )
+    for tidy in (unmoved, moved):
+        at = own + np.searchsorted(centres, tidy.centres)
+        position[at], normals[at], rank[at] = tidy.position[own:], tidy.normals[own:], tidy.rank[own:]
+    quads = np.concatenate([unmoved.quads[left[0]], moved.quads[left[1]]])
+    return _Tidy(position, np.concatenate([faces[0][left[0]], faces[1][left[1]]]), quads, normals, rank, centres)
+
+
+def _same_border(one: Faces, other: Faces, count: int) -> bool:
+    """Whether two sets of triangles (N, 3) of ``count`` vertices have the same open sides."""
+    start = np.concatenate([one.ravel(), np.roll(other, -1, axis=1).ravel()]).astype(np.int64)
+    end = np.concatenate([np.roll(one, -1, axis=1).ravel(), other.ravel()]).astype(np.int64)
+    _, side = np.unique(np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True)
+    return not np.bincount(side, np.sign(end - start)).any()
+
+
+def _tangled(p: Pieces, tidy: _Tidy, threads: Callable[[int], AbstractContextManager[None]]) -> NDArray[np.int64]:
+    """Vertices of the triangles that run through others; instead of a quad's centre, the vertices of the quad."""
+    with threads(len(tidy.faces)):
+        used = np.unique(tidy.faces[intersecting(tidy.position, tidy.faces, p.bricks.spacing)])
+    own = len(p.position)
+    return np.unique(np.concatenate([used[used < own], p.quads[tidy.centres[used[used >= own] - own]].ravel()]))
 
 
 def _tidy_triangles(
     p: Pieces, step: NDArray[np.int8], zone: _Zone, threads: Callable[[int], AbstractContextManager[None]]
-) -> tuple[FloatArray, Faces, FloatArray, NDArray[np.int8], NDArray[np.int64]]:
-    """Vertices, faces without slivers, normals and ranks of the vertices, and quads with a vertex of their own."""
+) -> _Tidy:
+    """Triangulate some quads."""
     cut = np.any(step[p.quads[zone.quads]] >= _CUT, axis=1)
     fanned = cut | np.any(p.between[zone.quads] >= 0, axis=1) if len(p.between) else cut
     plain, special, cut = zone.quads[~fanned], zone.quads[fanned], cut[fanned]
@@ -191,6 +238,7 @@ def _tidy_triangles(
     with threads(len(plain)):
         faces, facing = mesh_kernels.triangles(p.quads[plain], p.normal[plain], p.smooth, position, rank, curved)
     rank[(step >= _IN_CELL) | zone.border] = slivers.FIXED
+    quads = np.repeat(plain, 2)
     if len(special):
         fans, source = _fans(p, step, special, cut)
         centre = np.where(cut[:, None], edge_points[special], p.foot[special])
@@ -198,14 +246,16 @@ def _tidy_triangles(
         rank = np.concatenate([rank, np.where(cut, slivers.FIXED, 1).astype(np.int8)])
         faces = np.concatenate([faces, fans])
         facing = np.concatenate([facing, p.normal[special][source]])
-    faces = faces[slivers.remove_slivers(position, faces, facing, rank, p.bricks.spacing)]
+        quads = np.concatenate([quads, special[source]])
+    left = slivers.remove_slivers(position, faces, facing, rank, p.bricks.spacing)
+    faces, quads = faces[left], quads[left]
     normals = np.where((step == 0)[:, None], p.smooth, 0.0)
     if len(special):
         normals = np.concatenate([normals, np.where(cut[:, None], 0.0, p.normal[special])])
     rank[: len(step)][step > 0] = slivers.FIXED
     with threads(len(faces)):
         turn_edges(position, faces, normals, rank, curved)
-    return position, faces, normals, rank, special
+    return _Tidy(position, faces, quads, normals, rank, special)
 
 
 def _moved(p: Pieces, step: NDArray[np.int8]) -> tuple[FloatArray, FloatArray]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -83,6 +86,23 @@ def test_closest_point_against_every_triangle_of_a_soup(seed, offset):
     np.testing.assert_allclose(np.linalg.norm(x - found.point, axis=1), found.distance, atol=rounding, rtol=1e-12)
     named = truth[np.arange(len(x)), found.triangle]
     np.testing.assert_allclose(named, found.distance, atol=rounding, rtol=1e-12)
+
+
+def test_compiled_distances_are_those_of_the_interpreter_to_the_last_bit(tmp_path):
+    # So they depend neither on the processor nor on what else has been compiled.
+    mesh = as_mesh(trimesh.creation.torus(3, 1, major_sections=16, minor_sections=7))
+    x = np.random.default_rng(5).normal(0, 3, (300, 3))
+    np.savez(tmp_path / "given.npz", vertices=mesh.vertices, faces=mesh.faces, x=x)
+    code = (
+        "import numpy as np; from cad_implicit.distance import MeshDistance; from cad_implicit.mesh import Mesh\n"
+        "given = np.load('given.npz'); distance = MeshDistance(Mesh(given['vertices'], given['faces']))\n"
+        "found = distance.closest(given['x']); np.savez('found.npz', value=distance(given['x']), point=found.point)"
+    )
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True)
+    distance, found = MeshDistance(mesh), np.load(tmp_path / "found.npz")
+    assert distance(x).tobytes() == found["value"].tobytes()
+    assert distance.closest(x).point.tobytes() == found["point"].tobytes()
 
 
 @pytest.mark.nojit

@@ -13,17 +13,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
 from cad_implicit import parallel
+from cad_implicit.kernels.jit import jit, parallel_jit
 from cad_implicit.mesh import Mesh
-
-# No fastmath: rounding errors are bounded here.
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
-_parallel_jit = numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 
 #: Rounding error of the volumes and of the areas relative to the sum of their absolute products.
 _VOLUME_ERROR = 7.8e-16
@@ -122,7 +118,7 @@ def _tree(
         width = 2
 
 
-@_jit
+@jit
 def _volume_sign(a, b, c, d):
     """Sign of the volume of a tetrahedron; 0 if it is within rounding error."""
     ax, ay, az = a[0] - d[0], a[1] - d[1], a[2] - d[2]
@@ -139,7 +135,7 @@ def _volume_sign(a, b, c, d):
     return 1 if value > 0 else -1
 
 
-@_jit
+@jit
 def _area_sign(a, b, c, u, v):
     """Sign of the area of a triangle seen along one axis, by the axes ``u`` and ``v``."""
     left = (a[u] - c[u]) * (b[v] - c[v])
@@ -149,7 +145,7 @@ def _area_sign(a, b, c, u, v):
     return 1 if left > right else -1
 
 
-@_jit
+@jit
 def _pierces(p, q, t):
     """Whether the segment p-q runs through the inside of the triangle from one side to the other."""
     below, above = _volume_sign(t[0], t[1], t[2], p), _volume_sign(t[0], t[1], t[2], q)
@@ -159,7 +155,7 @@ def _pierces(p, q, t):
     return first != 0 and first == _volume_sign(p, q, t[1], t[2]) and first == _volume_sign(p, q, t[2], t[0])
 
 
-@_jit
+@jit
 def _in_one_plane(one, other):
     """Whether the corners of one triangle are in the plane of the other."""
     flat = 0
@@ -168,7 +164,7 @@ def _in_one_plane(one, other):
     return flat == 3
 
 
-@_jit
+@jit
 def _overlap(one, other):
     """Whether two triangles in one plane share area."""
     a, b = one[1] - one[0], one[2] - one[0]
@@ -194,7 +190,7 @@ def _overlap(one, other):
     return True
 
 
-@_jit
+@jit
 def _folded(one, other, f, g, cosine):
     """Whether two triangles with a common edge enclose next to no angle."""
     i, j = 0, 0
@@ -215,7 +211,7 @@ def _folded(one, other, f, g, cosine):
     return size > 0 and (a * b).sum() > cosine * size
 
 
-@_jit
+@jit
 def _relation(one, other, f, g, cosine):
     """Return how two triangles meet that should not: crossing, crossing at a common vertex, folded, or 0."""
     common = 0
@@ -235,7 +231,7 @@ def _relation(one, other, f, g, cosine):
     return 0
 
 
-@_jit
+@jit
 def _visit(i, corners, faces, low, high, levels, node_low, node_high, cosine, waiting, pairs, kinds):
     """Partners of triangle ``i`` that come after it: their number; noted in ``pairs`` where that has room."""
     found = 0
@@ -276,7 +272,7 @@ def _visit(i, corners, faces, low, high, levels, node_low, node_high, cosine, wa
     return found
 
 
-@_parallel_jit
+@parallel_jit
 def _count(corners, faces, low, high, levels, node_low, node_high, cosine):
     """Count the partners (N,) of each triangle."""
     found = np.zeros(len(corners), np.int64)
@@ -289,7 +285,7 @@ def _count(corners, faces, low, high, levels, node_low, node_high, cosine):
     return found
 
 
-@_jit
+@jit
 def _collect(corners, faces, low, high, levels, node_low, node_high, cosine, start):
     """Pairs (N, 2) and their kinds (N,), for the triangles that have any."""
     pairs, kinds = np.zeros((start[-1], 2), np.int64), np.zeros(start[-1], np.int8)

@@ -16,8 +16,6 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-_FLAGS = ("contract", "nsz", "arcp", "reassoc")
-
 
 class _Lanes:
     """A value in each lane, while code is made for it."""
@@ -32,7 +30,7 @@ class _Lanes:
         return ir.Constant(self.value.type, [float(other)] * self.value.type.count)
 
     def _apply(self, operation: str, one: Any, other: Any) -> _Lanes:
-        return _Lanes(self.builder, getattr(self.builder, operation)(one, other, flags=_FLAGS))
+        return _Lanes(self.builder, getattr(self.builder, operation)(one, other))
 
     def __add__(self, other: Any) -> _Lanes:
         return self._apply("fadd", self.value, self._number(other))

@@ -24,9 +24,16 @@ Faces = NDArray[np.int32]
 #: quarter of the RMS error less.)
 _SAGITTA = 1 / 32
 
-#: … but not below so many spacings. Halves miss the surface by a quarter.
-_LEAST = 0.004
+#: … but not below so many spacings, and always above so many. Halves miss the surface by a quarter.
+_LEAST, _MOST = 0.004, 0.0125
 _PASSES = 3
+
+#: Where spacings are larger than this share of the radius, the middles of edges longer than so many spacings are looked
+#: at whose normals tell a sagitta above this share of what is allowed: below these, surfaces may turn both ways.
+#: Where two cylinders cross, at half their rolling ball's radius, one edge misses by three times what it tells.
+_COARSE = 0.3
+_LONG_EDGE = 2.0
+_DOUBTFUL = 0.25
 
 #: Edges shorter than so many spacings that miss a surface by as much are no chords of a blend.
 _SHORTEST = 0.5
@@ -34,6 +41,9 @@ _SHORTEST = 0.5
 #: Farthest that a vertex may be from where it was expected, of the sagitta: farther where an edge runs over more than
 #: one face, or where surfaces nearly touch.
 _ASTRAY = 1.0
+
+#: The same where the middle was looked at, and the vertex is expected there: of how far that is off.
+_ASTRAY_LOOKED = 1.5
 
 #: Newton's steps end where one is shorter than this share of the sagitta: less than a thousandth of it is left.
 _ENOUGH = 0.02
@@ -47,7 +57,7 @@ _ALIKE = 0.7
 
 def tolerance(spacing: float, radius: float) -> float:
     """How far in mm edges of blends may miss the surface, at a spacing and a radius in mm."""
-    return spacing * max(_LEAST, _SAGITTA * spacing / radius)
+    return spacing * min(max(_LEAST, _SAGITTA * spacing / radius), _MOST)
 
 
 def refined_facets(
@@ -76,29 +86,25 @@ def refined_facets(
     faces : (M, 3) int32
     """
     most = tolerance(projector.spacing, radius)
+    doubtful = most * _DOUBTFUL if projector.spacing > _COARSE * radius else most
     with projector.kernels(len(faces)):
-        near = sagitta.around_curved(vertices, faces, normals, most)
+        near = sagitta.around_curved(vertices, faces, normals, doubtful)
     others, faces = np.delete(faces, near, axis=0), faces[near]
     for _ in range(_PASSES):
         with projector.kernels(len(faces)):
-            curved = sagitta.curved_edges(vertices, faces, normals, rank, most, _SHORTEST * projector.spacing)
-        row, corner = np.nonzero(curved)
-        if len(row) == 0:
+            told = sagitta.curved_edges(vertices, faces, normals, rank, doubtful, _SHORTEST * projector.spacing)
+        row, corner = np.nonzero(told)
+        split = _curved(row, corner, vertices, normals, faces, most, projector)
+        doubtful = most
+        if len(split.row) == 0:
             break
-        start, end = faces[row, corner].astype(np.int64), faces[row, (corner + 1) % 3].astype(np.int64)
-        low, high = np.minimum(start, end), np.maximum(start, end)
-        _, first, number, count = np.unique(
-            low * len(vertices) + high, return_index=True, return_inverse=True, return_counts=True
-        )
-        split = _Split(np.stack([low[first], high[first]], axis=1), row, corner, number, vertices, normals, faces)
         middle, normal, found = split.middles(projector)
-        found &= count == 2
         if not found.any():
             break
         name = np.full(len(found), -1, np.int32)
         name[found] = len(vertices) + np.arange(found.sum())
         between = np.full((len(faces), 3), -1, np.int32)
-        between[row, corner] = name[number]
+        between[split.row, split.corner] = name[split.number]
         faces, _ = cut(faces, between)
         vertices, normals = np.concatenate([vertices, middle[found]]), np.concatenate([normals, normal[found]])
         rank = np.concatenate([rank, np.ones(found.sum(), np.int8)])
@@ -107,11 +113,49 @@ def refined_facets(
     return vertices, np.concatenate([others, faces])
 
 
+def _curved(
+    row: NDArray[np.int64],
+    corner: NDArray[np.int64],
+    vertices: FloatArray,
+    normals: FloatArray,
+    faces: Faces,
+    most: float,
+    projector: Projector,
+) -> _Split:
+    """Edges between two triangles that miss the surface by more than ``most``, of those at some corners (S,)."""
+    start, end = faces[row, corner].astype(np.int64), faces[row, (corner + 1) % 3].astype(np.int64)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    _, first, number, count = np.unique(
+        low * len(vertices) + high, return_index=True, return_inverse=True, return_counts=True
+    )
+    ends = np.stack([low[first], high[first]], axis=1)
+    missed = _missed(vertices[ends], normals[ends])
+    along = vertices[ends[:, 1]] - vertices[ends[:, 0]]
+    length = np.sqrt(np.einsum("ed,ed->e", along, along))
+    unsure = np.flatnonzero((missed <= most) & (length > _LONG_EDGE * projector.spacing))
+    looked = np.zeros(len(ends), np.bool_)
+    if len(unsure):
+        truly = projector.misses(vertices[ends[unsure]].mean(axis=1))
+        unsure, truly = unsure[truly > most], truly[truly > most]
+        missed[unsure], looked[unsure] = truly, True
+    taken = (missed > most) & (count == 2)
+    sides = taken[number]
+    number = (np.cumsum(taken) - 1)[number[sides]]
+    return _Split(
+        ends[taken], missed[taken], looked[taken], row[sides], corner[sides], number, vertices, normals, faces
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _Split:
-    """Edges with ends (E, 2); the triangles (S,), corners (S,) and edges (S,) of their sides; and the mesh."""
+    """Edges with ends (E, 2), how far they miss the surface in mm (E,), and whether by a look (E,) at their middles.
+
+    Then the triangles (S,), corners (S,) and edges (S,) of their sides; and the mesh.
+    """
 
     ends: NDArray[np.int64]
+    missed: FloatArray
+    looked: NDArray[np.bool_]
     row: NDArray[np.int64]
     corner: NDArray[np.int64]
     number: NDArray[np.int64]
@@ -122,15 +166,16 @@ class _Split:
     def middles(self, projector: Projector) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Points (E, 3) of the surface above the edges, the normals there, and whether they are usable."""
         ends, normals = self.vertices[self.ends], self.normals[self.ends]
-        along, most = ends[:, 1] - ends[:, 0], _missed(ends, normals)
+        along, most = ends[:, 1] - ends[:, 0], self.missed
         sign = np.sign(((normals[:, 1] - normals[:, 0]) * along).sum(axis=1))
+        sign[self.looked] = 0  # nothing tells on which side the surface is
         upward = normals.sum(axis=1)
         upward -= ((upward * along).sum(axis=1) / (along * along).sum(axis=1))[:, None] * along
         upward /= np.maximum(np.linalg.norm(upward, axis=1, keepdims=True), 1e-12)
         expected = ends.mean(axis=1) + (sign * most)[:, None] * upward
         point, normal, found = projector.onto_face(expected, _ENOUGH * most)
         found &= (normal * upward).sum(axis=1) > _ALIKE
-        found &= np.linalg.norm(point - expected, axis=1) < _ASTRAY * most
+        found &= np.linalg.norm(point - expected, axis=1) < np.where(self.looked, _ASTRAY_LOOKED, _ASTRAY) * most
         found[self._bulging(point, normal, found, projector)] = False
         return point, normal, found
 
@@ -141,7 +186,7 @@ class _Split:
 
         Where one of these ends on a crease its own middle is looked at: the surface may be folded there.
         """
-        most = _missed(self.vertices[self.ends], self.normals[self.ends])
+        most = self.missed
         corners = self.faces[self.row]
         sides = [corners[:, [c, c - 1]] for c in range(3)]
         worst = np.max([_missed(self.vertices[side], self.normals[side]) for side in sides], axis=0)

@@ -116,6 +116,17 @@ def test_blends_miss_the_truth_by_a_quarter(case: cases.Case, monkeypatch: pytes
     assert coarse.max() > 2.2 * errors[6].max()
 
 
+def test_long_edges_are_looked_at_where_surfaces_turn_both_ways_below_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    case, h = cases.cross(2, 1.5, 2.0, 240), 1.0
+    part, samples = MeshDistance(case.mesh), shapes.placed(case.blend_samples(60_000))
+    allowed = facets.tolerance(h, case.radius)
+    mesh = contour(Closing(part, case.radius, h))
+    assert count_intersections(mesh) == 0
+    assert off(mesh, samples).max() < 1.2 * allowed
+    monkeypatch.setattr(facets, "_LONG_EDGE", np.inf)
+    assert off(contour(Closing(part, case.radius, h)), samples).max() > 1.4 * allowed
+
+
 def test_facets_of_shapes_without_blends_stay() -> None:
     ball = sphere(0.4)
     assert ball.radius is None

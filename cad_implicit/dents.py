@@ -16,8 +16,9 @@ from .implicit import Evaluate, FloatArray
 from .mesh import IntArray, Mesh
 from .missed_creases import units
 
-#: Rings of triangles around a dent that are taken away with it, at most.
-_RINGS = 5
+#: What has vertices nearer than so many spacings to a dent is taken away with it. (Rings of triangles are large where
+#: faces are plane, and their loops cross other creases: 152 of 300 tips of 28 degrees were lost, so it is 87.)
+_REACHES = (1.0, 1.5, 2.0, 2.5)
 
 #: The most edges that are tried: more are no tip.
 _MOST = 24
@@ -71,17 +72,36 @@ def without_dents(
     """
     ways = ((rough, limit + _DOUBT * spacing), (look, limit))
     for ends in dents[:_MOST]:
-        own = np.isin(mesh.faces, ends).sum(axis=1) == 2
+        if not (np.isin(mesh.faces, ends).sum(axis=1) == 2).any():
+            continue
         dent = mesh.vertices[ends].mean(axis=0)
-        for _ in range(_RINGS):
-            if own.any():
-                closed = _closed(mesh, own, dent, ways, _AWAY * spacing)
-                new = len(mesh.vertices)
-                if closed is not None and not tangled(closed)[closed.faces[(closed.faces == new).any(axis=1)]].any():
-                    mesh = closed
-                    break
-            own = np.isin(mesh.faces, mesh.faces[own]).any(axis=1)
+        away = np.linalg.norm(mesh.vertices - dent, axis=1)
+        near = (away < 2 * _REACHES[-1] * spacing)[mesh.faces].any(axis=1)
+        for reach in _REACHES:
+            own = _filled(mesh.faces, (away < reach * spacing)[mesh.faces].any(axis=1), near)
+            closed = _closed(mesh, own, dent, ways, _AWAY * spacing)
+            new = len(mesh.vertices)
+            if closed is not None and not tangled(closed)[closed.faces[(closed.faces == new).any(axis=1)]].any():
+                mesh = closed
+                break
     return mesh
+
+
+def _filled(faces: IntArray, own: NDArray[np.bool_], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Triangles (F,) with those of the near ones (F,) that they surround: all but the largest piece of these."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    rest = np.flatnonzero(near & ~own)
+    if len(rest) == 0:
+        return own
+    vertices, names = np.unique(faces[rest], return_inverse=True)
+    side, count = np.repeat(np.arange(len(rest)), 3), len(rest) + len(vertices)
+    joined = csr_matrix((np.ones(len(side), np.bool_), (side, len(rest) + names.ravel())), (count, count))
+    piece = connected_components(joined, directed=False)[1][: len(rest)]
+    filled = own.copy()
+    filled[rest[piece != np.bincount(piece).argmax()]] = True
+    return filled
 
 
 def _closed(

@@ -46,8 +46,8 @@ _ROUNDS = 24
 _GROWING = 12
 
 #: After the first round only the quads within so many rings of vertices that took a step are looked at, and tangles
-#: within so many rings, until there are none; then what came of the latter replaces what they were. That takes 1.5 s
-#: for 16 meshes, instead of 1.9 s.
+#: within so many rings, until there are none; then what came of the latter replaces what was there. With
+#: all quads looked at once more an opening of 221,000 vertices with one tangle takes 2.12 s, so it takes 1.99 s.
 _RINGS = 6
 _TRUSTED_RINGS = 2
 

@@ -169,6 +169,28 @@ def test_what_is_far_from_a_tangle_does_not_change(monkeypatch: pytest.MonkeyPat
         assert cKDTree(tangles).query(gone)[0].max() < 4 * h
 
 
+def corners(mesh: Mesh) -> set[tuple[bytes, ...]]:
+    """Triangles as their corners, from the first one in some order on."""
+    rows = [[corner.tobytes() for corner in triangle] for triangle in mesh.vertices[mesh.faces]]
+    return {tuple(np.roll(np.array(row, object), -row.index(min(row)))) for row in rows}
+
+
+@pytest.mark.parametrize(("seed", "fit"), [(7, True), (8, True), (9, False)])
+def test_a_mended_zone_comes_out_as_in_the_whole(seed: int, fit: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    field, fits = random_field(14, seed, 1.0), []
+    replaced = untangling._replaced
+
+    def noting(*args: object) -> object:
+        fits.append(replaced(*args))  # type: ignore[arg-type]
+        return fits[-1]
+
+    monkeypatch.setattr(untangling, "_replaced", noting)
+    one = dual_contour(field, 0.31)
+    assert [zone is not None for zone in fits] == [fit]  # what does not fit is done once more with the whole
+    monkeypatch.setattr(untangling, "_replaced", lambda *_: None)
+    assert corners(one) == corners(dual_contour(field, 0.31))
+
+
 def test_tangles_are_mended_alike_on_any_number_of_threads() -> None:
     one, two = (dual_contour(random_field(11, 7, 0.6), 0.5, threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one.faces, two.faces)

@@ -63,12 +63,27 @@ def test_random_triangles_as_in_exact_arithmetic() -> None:
     random = np.random.default_rng(3)
     points = random.uniform(-1, 1, (40, 1, 3)) + random.uniform(-0.6, 0.6, (40, 3, 3))
     mesh = Mesh(points.reshape(-1, 3), np.arange(120).reshape(-1, 3))
-    centre = mesh.bounds.mean(axis=0)
     found = {tuple(sorted(pair)) for pair in find_intersections(mesh).crossings.tolist()}
-    t = mesh.vertices[mesh.faces] - centre
+    t = mesh.vertices[mesh.faces]
     expected = {(i, j) for i, j in itertools.combinations(range(40), 2) if crosses(t[i], t[j])}
     assert found == expected
     assert len(expected) > 10
+
+
+def test_edges_that_all_but_meet_as_in_exact_arithmetic() -> None:
+    # Far from the origin, each pair on its own: an edge of one ends, rounded, in an edge of the other.
+    random = np.random.default_rng(5)
+    place = 977.3 + 7.0 * np.arange(400)[:, None, None] * [1, 0.3, 0.7]
+    one = random.uniform(-1, 1, (400, 3, 3))
+    part = random.uniform(0.1, 0.9, (400, 1))
+    end = part * one[:, 0] + (1 - part) * one[:, 1]
+    t = np.stack([one, np.stack([end, *random.uniform(-1, 1, (2, 400, 3))], axis=1)], axis=1) + place[:, None]
+    mesh = Mesh(t.reshape(-1, 3), np.arange(2400).reshape(-1, 3))
+    found = {tuple(sorted(pair)) for pair in find_intersections(mesh).crossings.tolist()}
+    expected = {(2 * k, 2 * k + 1) for k in range(400) if crosses(*t[k])}
+    assert 50 < len(expected) < 350
+    assert found <= expected
+    assert len(found) > 0.9 * len(expected)
 
 
 def test_a_bar_through_a_plate() -> None:

@@ -68,8 +68,8 @@ def find_intersections(mesh: Mesh, *, fold_degrees: float = FOLD_DEGREES) -> Int
     fold_degrees : float
         Smallest angle that neighbours across an edge may enclose.
     """
-    centre = mesh.bounds.mean(axis=0)
-    corners = np.ascontiguousarray((mesh.vertices - centre)[mesh.faces])
+    # Not moved to the middle: that would round, and edges that all but meet would cross.
+    corners = mesh.vertices[mesh.faces]
     order = _morton_order(corners.mean(axis=1))
     corners = corners[order]
     faces = np.ascontiguousarray(mesh.faces[order])

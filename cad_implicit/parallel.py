@@ -7,7 +7,6 @@ parallel kernel runs inside :func:`threads`.
 from __future__ import annotations
 
 import ctypes
-import logging
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -100,22 +99,7 @@ def _numba() -> Any:
     # with spinning threads and 9 s with sleeping ones. Read by OpenMP when the first parallel kernel runs.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     import numba
-    from numba.core import event
 
-    class Notice(event.Listener):  # type: ignore[misc]
-        """Says so, once, when a kernel is compiled: the first use on a machine takes a minute, in silence otherwise."""
-
-        said = False
-
-        def on_start(self, event: Any) -> None:
-            if not self.said and event.data["dispatcher"].py_func.__module__.startswith("cad_implicit."):
-                self.said = True
-                logging.getLogger("cad_implicit").warning("compiling kernels, once per machine (about a minute) …")
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    event.register("numba:compile", Notice())
     with suppress(ImportError):  # its threads are not waited for at exit, which was seen to take for ever
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(import_module("numba.np.ufunc.tbbpool")))
     return numba

@@ -164,7 +164,7 @@ def _bound(corners, vectors, ranges):
     """Box and disc of every child, rounded outward."""
     bounds = np.zeros((len(ranges), 14, WIDTH), np.float32)
     for number in prange(len(ranges)):
-        node = dealt(number, len(ranges))
+        node = dealt(np.int64(number), len(ranges))
         for c in range(WIDTH):
             _bound_child(corners, vectors, ranges[node, c, 0], ranges[node, c, 1], bounds[node, :, c])
     return bounds
@@ -214,7 +214,7 @@ def _dipoles(corners, vectors, children, ranges):
             sums = np.zeros(7)
             if child < 0:
                 for t in range(start, stop):
-                    area = math.sqrt((vectors[t] ** 2).sum())
+                    area = math.sqrt(vectors[t, 0] ** 2 + vectors[t, 1] ** 2 + vectors[t, 2] ** 2)
                     sums[6] += area
                     for d in range(3):
                         sums[d] += vectors[t, d]

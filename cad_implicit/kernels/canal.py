@@ -303,7 +303,7 @@ def strips(points, which, strip, table, value, gradient, way):
     """
     chunks = (len(which) + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        c, d, e, m, chunk = np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), dealt(number, chunks)
+        c, d, e, m, chunk = np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), dealt(np.int64(number), chunks)
         for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(which))):
             x, s = points[which[n]], strip[n]
             reach = table.reach[s]

@@ -34,7 +34,7 @@ def closest_scaled(tree, x, y, z, limit2, seed, stack):
     """
     codes, keys, near, far, _ = stack
     order = tree.order
-    best, found = limit2, -1
+    best, found = limit2, np.int64(-1)
     limit = np.float32(min(limit2, 1e37)) * TRUST
     if seed >= 0:
         limit = min(limit, np.float32(closest_on_triangle(tree.corners, seed, x, y, z)[0]) * TRUST)
@@ -176,7 +176,7 @@ def signed_distances(tree, points):
     values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
     chunks = (len(points) + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        _signed_chunk(tree, points, dealt(number, chunks), values, gradients)
+        _signed_chunk(tree, points, dealt(np.int64(number), chunks), values, gradients)
     return values, gradients
 
 
@@ -197,7 +197,7 @@ def closest_points(tree, points):
     triangle, position, feature = np.zeros(count, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int8)
     chunks = (count + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        chunk = dealt(number, chunks)
+        chunk = dealt(np.int64(number), chunks)
         _closest_chunk(tree, points, chunk, distance, closest, triangle, position, feature)
     return distance, closest, triangle, position, feature
 
@@ -220,7 +220,7 @@ def unsigned_distances(tree, points):
     out = np.zeros(len(points))
     chunks = (len(points) + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        _unsigned_chunk(tree, points, dealt(number, chunks), out)
+        _unsigned_chunk(tree, points, dealt(np.int64(number), chunks), out)
     return out
 
 
@@ -238,7 +238,7 @@ def any_within(tree, points, radii):
     out = np.zeros(len(points), np.bool_)
     chunks = (len(points) + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        _within_chunk(tree, points, radii, dealt(number, chunks), out)
+        _within_chunk(tree, points, radii, dealt(np.int64(number), chunks), out)
     return out
 
 

@@ -102,7 +102,7 @@ def crossing_words(signs, neighbours):
     for b in numba.prange(count):
         c0 = c1 = c2 = c3 = np.uint64(0)
         for row in range(9):
-            c4, c5, c6, c7 = _row_words(signs, neighbours, b, row)
+            c4, c5, c6, c7 = _row_words(signs, neighbours, np.int64(b), row)
             if row > 0:
                 i = row - 1
                 edges[b, i], edges[b, 8 + i], edges[b, 16 + i] = c0 ^ c4, c0 ^ c2, c0 ^ c1

@@ -101,7 +101,7 @@ def bent_sides(position, faces, flat):
         s, t = sides[e, 0] // 3, sides[e, 1] // 3
         cosine = normal[s, 0] * normal[t, 0] + normal[s, 1] * normal[t, 1] + normal[s, 2] * normal[t, 2]
         if cosine < flat:
-            sides[n] = sides[e]
+            sides[n, 0], sides[n, 1] = sides[e, 0], sides[e, 1]
             n += 1
     return sides[:n].copy()
 

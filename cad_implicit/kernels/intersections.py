@@ -154,7 +154,7 @@ def _search(position, faces, box, normal, start, entries, least, bad):
     """Mark the triangles that meet others, bin by bin."""
     chunks = (len(start) + _CHUNK - 2) // _CHUNK
     for number in prange(chunks):
-        first = _CHUNK * dealt(number, chunks)
+        first = _CHUNK * dealt(np.int64(number), chunks)
         _search_bins(position, faces, box, normal, start[first : first + _CHUNK + 1], entries, least, bad)
 
 

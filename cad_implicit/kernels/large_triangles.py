@@ -39,7 +39,8 @@ def _slabs(position, faces, box, normal, order, ranges):
             own[:3], own[3:6], own[9], own[10], own[11] = math.inf, -math.inf, math.inf, -math.inf, 1.0
             if start == stop:
                 continue
-            own[6:9] = normal[order[start]]
+            for d in range(3):
+                own[6 + d] = normal[order[start], d]
             for q in range(start, stop):
                 t = order[q]
                 cosine = 0.0

@@ -92,25 +92,34 @@ def _sort_below(boxes, order, start, stop, even, children, ranges, begins):
 @jit
 def _numbered(root, counts, children, ranges, begins):
     """Nodes one after the other, those below each of the root's children together, and leaves, with their numbers."""
-    total = 1 + counts.sum()
-    nodes, below = np.full((total, WIDTH), -1, np.int32), np.zeros((total, WIDTH, 2), np.int32)
-    below[0] = root
-    begins[-1] = True
-    first = np.flatnonzero(begins).astype(np.int32)
-    at = 1
+    total = 1
     for top in range(WIDTH):
+        total += counts[top]
+    nodes, below = np.full((total, WIDTH), -1, np.int32), np.zeros((total, WIDTH, 2), np.int32)
+    at = 1
+    for top in range(WIDTH):  # numbers, not rows: assigning rows takes the compiler seconds
+        below[0, top, 0], below[0, top, 1] = root[top, 0], root[top, 1]
         if counts[top] > 0:
             nodes[0, top] = at
         for n in range(counts[top]):
-            below[at + n] = ranges[root[top, 0] + n]
+            row = root[top, 0] + n
             for c in range(WIDTH):
-                number = children[root[top, 0] + n, c]
-                nodes[at + n, c] = at + number if number >= 0 else -1
+                below[at + n, c, 0], below[at + n, c, 1] = ranges[row, c, 0], ranges[row, c, 1]
+                nodes[at + n, c] = at + children[row, c] if children[row, c] >= 0 else -1
         at += counts[top]
+    begins[-1] = True
+    leaf_of, leaves = np.zeros(len(begins), np.int32), 0
+    for q in range(len(begins)):
+        leaf_of[q] = leaves
+        leaves += begins[q]
+    first = np.zeros(leaves, np.int32)
+    for q in range(len(begins)):
+        if begins[q]:
+            first[leaf_of[q]] = q
     for node in range(total):
         for c in range(WIDTH):
             if nodes[node, c] < 0 and below[node, c, 1] > below[node, c, 0]:
-                nodes[node, c] = -np.searchsorted(first, below[node, c, 0]) - 1
+                nodes[node, c] = -leaf_of[below[node, c, 0]] - 1
     return nodes, below, first
 
 
@@ -129,7 +138,7 @@ def _fill_node(boxes, order, own, start, stop, even):
                 largest = c
         if largest < 0:
             break
-        start, stop = own[largest, 0], own[largest, 1]
+        start, stop = np.int64(own[largest, 0]), np.int64(own[largest, 1])
         middle = _split(boxes, order, start, stop, even, scratch)
         own[largest, 1] = own[filled, 0] = middle
         own[filled, 1] = stop
@@ -142,9 +151,9 @@ def _fill_node(boxes, order, own, start, stop, even):
 @jit
 def _split(boxes, order, start, stop, even, scratch):
     """Reorder a range so that a good split falls at the position returned."""
-    best, best_axis, best_bin, best_low, best_width = math.inf, -1, 0, 0.0, 0.0
+    best, best_axis, best_bin, best_low, best_width = math.inf, np.int64(-1), 0, 0.0, 0.0  # as in closest.py
     lowest, extent = scratch[4], scratch[5]
-    widest, widest_axis = -1.0, 0
+    widest, widest_axis = -1.0, np.int64(0)
     for axis in range(3):
         low, high = math.inf, -math.inf
         for q in range(start, stop):

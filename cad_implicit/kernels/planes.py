@@ -67,7 +67,7 @@ def affine_distances(tree, points, radius, tolerance):
     reach, slack = 2 * radius / tree.frame[3], tolerance / tree.frame[3]
     chunks = (count + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        chunk = dealt(number, chunks)
+        chunk = dealt(np.int64(number), chunks)
         _affine_chunk(tree, points, chunk, reach, slack, values, gradients, holds)
     return values, gradients, holds
 

@@ -142,8 +142,10 @@ def smooth_normals(vertices, faces, triangles, points, crease):
     than the angle of cosine ``crease``. Zero where the triangle has no area.
     """
     first, around = _faces_of_vertices(faces, len(vertices))
-    corners = vertices[faces.ravel()].reshape(len(faces), 9)
-    face = np.zeros((len(faces), 1, 3))
+    corners, face = np.zeros((len(faces), 9)), np.zeros((len(faces), 1, 3))
+    for t in range(len(faces)):
+        for e in range(9):
+            corners[t, e] = vertices[faces[t, e // 3], e % 3]
     _face_normals(corners, face)
     out = np.zeros((len(points), 3))
     for q in range(len(points)):
@@ -167,9 +169,10 @@ def smooth_normals(vertices, faces, triangles, points, crease):
                 out[q, 0] += weight[c] * x / length
                 out[q, 1] += weight[c] * y / length
                 out[q, 2] += weight[c] * z / length
-        length = math.sqrt((out[q] ** 2).sum())
+        length = math.sqrt(out[q, 0] ** 2 + out[q, 1] ** 2 + out[q, 2] ** 2)
         if length > 0.0:
-            out[q] /= length
+            for d in range(3):
+                out[q, d] /= length
     return out
 
 

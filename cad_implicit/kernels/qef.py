@@ -164,8 +164,8 @@ def cell_vertices(
     planes = np.zeros((count, 3), np.int32)
     for chunk in numba.prange((len(cell_code) + _CHUNK - 1) // _CHUNK):
         _vertices_of_chunk(
-            chunk, cell_code, rows, first, edge_words, edge_start, neighbours, blocks, origin, spacing, foot, normal,
-            position, centre, rank, planes,
+            np.int64(chunk), cell_code, rows, first, edge_words, edge_start, neighbours, blocks, origin, spacing, foot,
+            normal, position, centre, rank, planes,
         )  # fmt: skip
     return position, centre, rank, planes
 

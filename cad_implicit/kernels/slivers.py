@@ -244,7 +244,8 @@ def _try_flip(p, faces, facing, rank, head, following, t, c, spacing):
         return False
     _replace(faces, head, following, 3 * t + (c + 2) % 3, bottom)
     _replace(faces, head, following, 3 * s + (e + 2) % 3, top)
-    facing[t] = facing[s]
+    for d in range(3):
+        facing[t, d] = facing[s, d]
     return True
 
 
@@ -349,8 +350,9 @@ def compact(position, faces):
     out = np.empty((len(faces), 3), np.int32)
     for v in range(len(position)):
         if number[v] >= 0:
-            vertices[number[v]] = position[v]
             kept[number[v]] = v
+            for d in range(3):
+                vertices[number[v], d] = position[v, d]
     for t in range(len(faces)):
         for c in range(3):
             out[t, c] = number[faces[t, c]]

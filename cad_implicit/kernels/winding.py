@@ -76,7 +76,7 @@ def winding_numbers(tree, points):
     centre, scale = tree.frame[:3], tree.frame[3]
     chunks = (len(points) + CHUNK - 1) // CHUNK
     for number in prange(chunks):
-        stack, chunk = new_stack(), dealt(number, chunks)
+        stack, chunk = new_stack(), dealt(np.int64(number), chunks)
         for q in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(points))):
             x, y, z = (
                 (points[q, 0] - centre[0]) / scale,

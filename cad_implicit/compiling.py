@@ -33,7 +33,7 @@ class Notice(event.Listener):  # type: ignore[misc]
 
     def on_start(self, event: Any) -> None:
         """Be told that Numba begins to compile a function."""
-        module = event.data["dispatcher"].py_func.__module__
+        module = event.data["dispatcher"].py_func.__module__ or ""
         if not self._said and module.startswith("cad_implicit."):
             self._said = True
             logging.getLogger("cad_implicit").warning("compiling kernels, once per machine (less than a minute) …")
@@ -54,7 +54,7 @@ def _start_helper() -> None:
     path = os.pathsep.join(folder for folder in sys.path if folder)
     try:
         helper = subprocess.Popen(
-            [python, "-m", __name__],
+            [python, "-P", "-m", __name__],
             env={**os.environ, _ALONE: "1", "PYTHONPATH": path},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -25,7 +25,7 @@ from stitching_regions import (
     outside_torus,
 )
 
-from cad_implicit import Mesh, stitching
+from cad_implicit import Mesh, run, stitching
 from cad_implicit.distance import MeshDistance
 from cad_implicit.dual import dual_contour
 from cad_implicit.errors import EmptyResultError, OpenMeshError, SpacingError
@@ -365,3 +365,15 @@ def test_a_needle_of_14_mm_beside_an_edge_is_turned_into_the_other_face(seed: in
     assert Mesh(points, faces).is_watertight
     assert np.linalg.norm(Mesh(points, faces).face_vectors, axis=1).min() > 0.01
     np.testing.assert_array_equal(np.bincount(facing[:, 3].astype(int))[[11, 17]], [5, 5])
+
+
+def test_flaps_where_a_blend_ends_in_a_face_are_taken_off() -> None:
+    # At one place of this part the boolean leaves four triangles that lie on each other.
+    pytest.importorskip("OCP")
+    from validation.fillets.corpus import jobs
+    from validation.fillets.performing import prepared
+
+    part, radius, _ = prepared(next(job for job in jobs() if job.key == "bracket round convex 0.01"))
+    mesh = run(part, "round", radius, edges="convex", spacing=radius / 4).mesh
+    assert count_intersections(mesh) == 0
+    assert mesh.is_watertight

@@ -62,7 +62,7 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
     if count is not None and count < 1:
         raise ValueError(f"threads must be at least 1, not {count}")
     with _LOCK:
-        numba = _numba()
+        numba = compiler()
         outer = _running
         before = outer or numba.get_num_threads()
         available = int(numba.config.NUMBA_NUM_THREADS)
@@ -81,9 +81,9 @@ def threads(count: int | None = None, items: int = _SERIAL_ITEMS) -> Iterator[No
 def _after_fork() -> None:
     """Note in a forked process on what the kernels of its parent run."""
     global _forked
-    if _numba.cache_info().currsize:
+    if compiler.cache_info().currsize:
         try:
-            _forked = _forked or _numba().threading_layer() == "omp"
+            _forked = _forked or compiler().threading_layer() == "omp"
         except ValueError:  # none has run
             return
 
@@ -93,13 +93,17 @@ if hasattr(os, "register_at_fork"):
 
 
 @cache
-def _numba() -> Any:
-    """Give the compiler, set up before its first parallel kernel runs."""
+def compiler() -> Any:
+    """Give Numba, set up: before parallel kernels run, and so that it is told when kernels are compiled."""
     # Threads of OpenMP that wait should sleep, not spin: on two cores shared with three other jobs a fillet took 37 s
     # with spinning threads and 9 s with sleeping ones. Read by OpenMP when the first parallel kernel runs.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     import numba
+    from numba.core import event
 
+    from .compiling import Notice
+
+    event.register("numba:compile", Notice())
     with suppress(ImportError):  # its threads are not waited for at exit, which was seen to take for ever
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(import_module("numba.np.ufunc.tbbpool")))
     return numba

@@ -346,7 +346,7 @@ class _Seams:
     def _tidied(
         self, position: FloatArray, calm: NDArray[np.bool_], share: float = _LESS
     ) -> tuple[NDArray[np.int32], FloatArray, NDArray[np.int32]]:
-        """Triangles, what they face, and vertices of those still tangled; less is done at ``calm`` vertices (V,)."""
+        """Triangles, what they face, and vertices of those still tangled; for ``calm`` (V,) a share of the limits."""
         faces, facing = self.joint.faces.copy(), self.joint.facing.copy()
         loose = self.loose.astype(np.int8)
         loose[self.made] = 2

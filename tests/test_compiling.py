@@ -25,8 +25,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 from cad_implicit.kernels.linked import linked
+from cad_implicit.parallel import threads
 
-print(linked(3, np.array([[0, 2]], np.int32)))
+with threads():
+    print(linked(3, np.array([[0, 2]], np.int32)))
 helpers = psutil.Process().children()
 until = time.monotonic() + 300
 while not any(Path(sys.argv[1]).rglob("*store_nodes*.nbc")) and helpers and time.monotonic() < until:

@@ -41,7 +41,7 @@ def test_import_rules(path: Path) -> None:
     if relative.parts[0] == "kernels":
         compiler = {"llvmlite", "collections"} if relative.name == "lanes.py" else set()
         assert roots <= {"__future__", "math", "typing", "numpy", "numba", "cad_implicit"} | compiler
-        assert own <= {"kernels"} | ({"compiling"} if relative.name == "jit.py" else set())
+        assert own <= {"kernels"}
     kernel = relative.stem.split("_")[0] if relative.parts[0] == "cad" else ""
     assert roots & HOSTS <= KERNELS.get(kernel, HOST_MODULES.get(str(relative), set()))
     other = {"occ": "freecad", "freecad": "occ"}.get(kernel)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cad_implicit import parallel
 from cad_implicit.mesh import FloatArray, IntArray, Mesh
 
 from .repair import repaired
@@ -35,6 +36,7 @@ def groups(count: int, pairs: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
     """
     from cad_implicit.kernels.linked import linked
 
+    parallel.compiler()  # often the first kernel of all
     label = linked(count, np.array(pairs, np.int32, order="C").reshape(-1, 2))
     return label, np.asarray(np.unique(label, return_index=True)[1], np.int32)
 

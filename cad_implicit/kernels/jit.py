@@ -9,11 +9,6 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numba.core import event
-
-from cad_implicit.compiling import Notice
-
-event.register("numba:compile", Notice())
 
 #: Decorator of serial kernels.
 jit = numba.njit(cache=True, nogil=True, error_model="numpy")
